@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 
 use super::blind_rigs::{BlindRigs, rigs_in};
 use super::blind_scans::BlindScans;
@@ -12,7 +12,9 @@ use super::on::{OnArgs, batch_beside};
 use super::output::{print, print_json, report_error, say};
 use super::progress::counting_bar;
 use fieldgap_acoustics::Simulator;
-use fieldgap_blind::{LOOP_PLAN, Run, Score, Seal, SetToMake, Shares, fresh_seed, seal_truth};
+use fieldgap_blind::{
+    LOOP_PLAN, Run, Score, Seal, SetToMake, Shares, Worlds, fresh_seed, seal_truth,
+};
 use fieldgap_diagnosis::diagnose;
 use fieldgap_input::Fraction;
 
@@ -50,15 +52,27 @@ struct Make {
     /// Seed of all random numbers, from which the answers can be computed; by default a random one, sealed with the answers
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
-    /// Share of scans without any effect
-    #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share)]
-    none: f64,
-    /// Share of scans with two effects
-    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
-    pairs: f64,
-    /// Share of scans with a cause that is not in the catalogue
-    #[arg(long, value_name = "SHARE", default_value = "0.2", value_parser = share)]
-    outside: f64,
+    /// Where the scans are made: one bench, or laboratories that differ in radiators, arrays, drives, paths, receivers and noise
+    #[arg(long, value_enum, default_value_t = WorldName::Bench)]
+    world: WorldName,
+    /// Of laboratories: leave out what is a little wrong in every careful set-up
+    #[arg(long)]
+    ideal: bool,
+    /// Share of scans without any effect [default: 0.1]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    none: Option<f64>,
+    /// Share of scans with two effects [default: 0.2; laboratories: 0.15]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pairs: Option<f64>,
+    /// Share of scans with three effects [default: 0; laboratories: 0.1]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    triples: Option<f64>,
+    /// Share of scans with six to ten small effects, one of which dominates [default: 0; laboratories: 0.1]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    whole_bench: Option<f64>,
+    /// Share of scans with a cause that is not in the catalogue [default: 0.2]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    outside: Option<f64>,
     /// Make sealed virtual rigs in place of scans: `run` measures each by its plan, which leaves the readings to the rig
     #[arg(long)]
     rigs: bool,
@@ -68,6 +82,15 @@ struct Make {
     /// Where the key is written [default: answers.key in the set's folder]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
+}
+
+/// Where the scans of a set are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum WorldName {
+    /// An array of 36 or 37 pistons, four planes, amplitudes with Gaussian noise
+    Bench,
+    /// Each scan in another laboratory
+    Laboratories,
 }
 
 #[derive(Debug, Args)]
@@ -146,19 +169,31 @@ impl Blind {
 
 impl Make {
     fn run(self) -> miette::Result<ExitCode> {
-        if self.none + self.pairs + self.outside > 1.0 + 1e-9 {
+        let shares = self.shares();
+        if shares.sum() > 1.0 + 1e-9 {
             miette::bail!(
                 help = "the rest of the scans has one effect",
-                "--none, --pairs and --outside add up to more than 1"
+                "--none, --pairs, --triples, --whole-bench and --outside add up to more than 1"
             );
         }
+        let worlds = match self.world {
+            WorldName::Bench if self.ideal => miette::bail!(
+                help = "the bench has no imperfections to leave out",
+                "--ideal goes with --world laboratories"
+            ),
+            WorldName::Laboratories if self.rigs => miette::bail!(
+                help = "virtual rigs are made of the bench; leave out --world or --rigs",
+                "--world laboratories makes scans, not rigs"
+            ),
+            WorldName::Bench => Worlds::Bench,
+            WorldName::Laboratories => Worlds::Laboratories { ideal: self.ideal },
+        };
         let seal = Seal::of(&self.out, self.key.as_deref());
         seal.is_free()?;
-        let shares = Shares { none: self.none, pairs: self.pairs, unmodelled: self.outside };
         let seed = self.seed.map_or_else(fresh_seed, Ok)?;
         let (count, rigs) = (self.count, self.rigs);
         let bar = counting_bar(count, if rigs { "rigs made" } else { "scans made" });
-        let set = SetToMake { count, seed, shares };
+        let set = SetToMake { count, seed, shares, worlds };
         let answers = match rigs {
             true => set.make_rigs(&self.out, self.flights, || bar.inc(1))?,
             false => set.make(&self.out, || bar.inc(1))?,
@@ -167,6 +202,20 @@ impl Make {
         bar.finish_and_clear();
         print(&format!("commitment {commitment}\n"))?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn shares(&self) -> Shares {
+        let usual = match self.world {
+            WorldName::Bench => Shares::default(),
+            WorldName::Laboratories => Shares::of_laboratories(),
+        };
+        Shares {
+            none: self.none.unwrap_or(usual.none),
+            pairs: self.pairs.unwrap_or(usual.pairs),
+            triples: self.triples.unwrap_or(usual.triples),
+            whole_bench: self.whole_bench.unwrap_or(usual.whole_bench),
+            unmodelled: self.outside.unwrap_or(usual.unmodelled),
+        }
     }
 }
 

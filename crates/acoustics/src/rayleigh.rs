@@ -78,6 +78,17 @@ impl DiscRule {
         }
     }
 
+    /// The same patches on a face that does not move as a whole: each weight times the velocity at its distance from the centre, in radii.
+    /// The weights sum to 1 again, so that the field on the axis far away is 1/d; the mean velocity must not be zero.
+    pub fn moving(mut self, velocity: impl Fn(f64) -> f64) -> Self {
+        for patch in &mut self.patches {
+            patch.weight *= velocity(patch.u.hypot(patch.v));
+        }
+        let mean: f64 = self.patches.iter().map(|patch| patch.weight).sum();
+        self.patches.iter_mut().for_each(|patch| patch.weight /= mean);
+        self
+    }
+
     /// The patches.
     pub fn patches(&self) -> &[Patch] {
         &self.patches
@@ -243,6 +254,24 @@ mod tests {
             let p = piston.field(Vec3::new(distance_m * sin, 0.0, distance_m * cos), K);
             let expected = far_field_directivity(K * radius_m * sin);
             assert!((p.norm() * distance_m - expected.abs()).abs() < 2e-4, "{degree}");
+        }
+    }
+
+    /// The far field of velocities (1 - (r/a)²)^n is 2^(n+1) (n+1)! J(n+1)(x)/x^(n+1)
+    /// (M. Greenspan, J. Acoust. Soc. Am. 65, 608, 1979).
+    #[test]
+    fn a_face_that_moves_less_at_its_rim_has_the_lobe_of_the_closed_form() {
+        let (radius_m, distance_m) = (4.5e-3, 50.0);
+        for (n, factor) in [(1, 8.0), (2, 48.0)] {
+            let rule = DiscRule::new(8, 32).moving(|s| (1.0 - s * s).powi(n));
+            let face = Piston::new(Vec3::zeros(), Vec3::z(), radius_m, &rule);
+            for degree in (10..=85).step_by(15) {
+                let (sin, cos) = f64::from(degree).to_radians().sin_cos();
+                let p = face.field(Vec3::new(distance_m * sin, 0.0, distance_m * cos), K);
+                let x = K * radius_m * sin;
+                let expected = factor * libm::jn(n + 1, x) / x.powi(n + 1);
+                assert!((p.norm() * distance_m - expected.abs()).abs() < 2e-4, "{n} {degree}");
+            }
         }
     }
 

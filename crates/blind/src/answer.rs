@@ -28,6 +28,26 @@ pub struct Answer {
     pub noise: [f64; 2],
     /// The largest reading that the laboratory expects, V.
     pub peak_v: f64,
+    /// Of a whole bench, the effect with the largest gap alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dominant: Option<String>,
+    /// What the set-up has beside its causes, as every real one has; `None` for an ideal one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imperfections: Option<Imperfections>,
+    /// The class of the laboratory on each axis by which scores are divided; empty for the bench.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub strata: BTreeMap<String, String>,
+}
+
+/// What a set-up has beside its causes. Gaps of causes are counted from it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Imperfections {
+    /// Parameters by `effect.parameter`.
+    pub parameters: BTreeMap<String, serde_json::Value>,
+    /// The speed of sound that the set-up states, m/s: that of the truth is in the parameters.
+    pub stated_speed_m_s: f64,
+    /// The gap that they leave together, as that of an answer.
+    pub gap_sigma: f64,
 }
 
 /// The truth of a whole set.

@@ -1,18 +1,25 @@
-//! A laboratory as it is assumed to be: array, foci, unit and noise of its readings.
+//! A laboratory as it is assumed to be: array, drives, air, and the unit and noise of its readings; and the world behind it.
 
+use std::collections::BTreeMap;
 use std::num::NonZeroU32;
 
+use super::parameters::Parameters;
 use super::random_sequence::RandomSequence;
+use super::reception::Reception;
 use super::survey::Survey;
 use fieldgap_acoustics::{Array, Medium, Simulator, Vec3, delays_s};
-use fieldgap_input::{Frequency, SoundSpeed, literal};
-use fieldgap_records::{ArraySection, FocusSection, Layout, MediumSection, Rims, ScanSetup};
+use fieldgap_input::{Frequency, NonNegative, SoundSpeed, literal};
+use fieldgap_records::{
+    ArraySection, FocusSection, Layout, MediumSection, PhaseReference, PhaseSection, Rims,
+    ScanSetup,
+};
 use fieldgap_virtual_rig::drive::Drive;
+use fieldgap_virtual_rig::truth::TrueSource;
 
 /// The carrier, Hz.
 pub(super) const FREQUENCY_HZ: f64 = 40e3;
-/// The assumed speed of sound, m/s.
-pub(super) const SPEED_M_S: f64 = 343.0;
+/// The assumed speed of sound of the bench, m/s.
+const SPEED_M_S: f64 = 343.0;
 
 /// The noise of one reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +28,8 @@ pub(super) struct NoiseOfReadings {
     pub multiplicative: f64,
     /// Standard deviation of each quadrature that adds to it, V.
     pub additive_v: f64,
+    /// Standard deviation of the phase, rad, where it is measured.
+    pub phase_rad: Option<f64>,
 }
 
 impl NoiseOfReadings {
@@ -28,15 +37,27 @@ impl NoiseOfReadings {
     pub fn at_v(self, level_v: f64) -> f64 {
         (self.multiplicative * level_v).hypot(self.additive_v)
     }
+
+    /// Standard deviation across the phasor of a reading at a level, V: of its phase times the level. `None` where the phase is not
+    /// measured.
+    pub fn across_v(self, level_v: f64) -> Option<f64> {
+        Some((self.phase_rad? * level_v).hypot(self.additive_v))
+    }
 }
 
-/// The assumed set-up.
+/// The assumed set-up, and what the world behind it has beside the causes.
 #[derive(Debug, Clone)]
 pub(super) struct Laboratory {
     /// The array's section of `scan.toml`.
     pub array: ArraySection,
-    /// The foci, mm.
-    pub foci_mm: Vec<Vec3>,
+    /// Its drives.
+    pub foci: Vec<FocusSection>,
+    /// The assumed speed of sound, m/s.
+    pub speed_m_s: f64,
+    /// The simulator that the record names.
+    pub simulator: Simulator,
+    /// How the elements truly radiate.
+    pub source: TrueSource,
     /// The robot's path.
     pub survey: Survey,
     /// The largest expected reading, V. It states the gain from pressure to reading.
@@ -45,10 +66,16 @@ pub(super) struct Laboratory {
     pub multiplicative: f64,
     /// Standard deviation of each quadrature of the noise that adds, over the peak.
     pub additive_over_peak: f64,
+    /// What befalls readings beside that noise.
+    pub reception: Reception,
+    /// Effects that every real set-up has, by their ids. They are no causes.
+    pub imperfections: Vec<(&'static str, Parameters)>,
+    /// The class of the laboratory on each axis by which scores are divided; none for the bench.
+    pub strata: BTreeMap<String, String>,
 }
 
 impl Laboratory {
-    /// Draws a laboratory.
+    /// Draws the bench: one array of two, four planes, amplitudes with Gaussian noise, and no imperfection.
     pub fn draw(random: &mut RandomSequence) -> Self {
         let array = if random.chance(0.5) { square() } else { hexagon() };
         let mut foci_mm = vec![if random.chance(0.5) {
@@ -64,11 +91,17 @@ impl Laboratory {
         let survey = Survey::new(foci_mm.len(), random);
         Self {
             array,
-            foci_mm,
+            foci: foci_mm.into_iter().map(FocusSection::Point).collect(),
+            speed_m_s: SPEED_M_S,
+            simulator: Simulator::Piston,
+            source: TrueSource::default(),
             survey,
             peak_v: random.log_uniform(0.3, 4.0),
             multiplicative: random.uniform(0.012, 0.03),
             additive_over_peak: random.uniform(0.002, 0.008),
+            reception: Reception::default(),
+            imperfections: Vec::new(),
+            strata: BTreeMap::new(),
         }
     }
 
@@ -79,15 +112,31 @@ impl Laboratory {
 
     /// The assumed air.
     pub fn medium(&self) -> Medium {
-        Medium { speed_of_sound_m_s: SPEED_M_S }
+        Medium { speed_of_sound_m_s: self.speed_m_s }
+    }
+
+    /// The speed of sound without any cause, m/s: the assumed one, unless the room's temperature is read a little wrong.
+    pub fn true_speed_m_s(&self) -> f64 {
+        let stated = self.imperfections.iter().find(|(id, _)| *id == "sound-speed");
+        let speed = stated.and_then(|(_, parameters)| parameters.get("c_m_s")?.as_float());
+        speed.unwrap_or(self.speed_m_s)
+    }
+
+    /// Where the drives focus, mm; nothing for a drive of given phases.
+    pub fn foci_mm(&self) -> Vec<Vec3> {
+        let point = |focus: &FocusSection| match focus {
+            FocusSection::Point(at_mm) => Some(*at_mm),
+            _ => None,
+        };
+        self.foci.iter().filter_map(point).collect()
     }
 
     /// The drive for each focus, with delays of full precision.
     pub fn drives(&self) -> Vec<Drive> {
-        self.foci_mm
+        self.foci
             .iter()
-            .map(|focus_mm| {
-                let excitation = FocusSection::Point(*focus_mm).excitation();
+            .map(|focus| {
+                let excitation = focus.excitation();
                 let delays_s = delays_s(&excitation, self.elements(), &self.medium(), FREQUENCY_HZ);
                 let delays_s = delays_s.into_iter().map(Some).collect();
                 Drive { emitting: true, delays_s, ..Drive::silent(self.elements().len()) }
@@ -95,26 +144,34 @@ impl Laboratory {
             .collect()
     }
 
-    /// The noise of its readings.
+    /// The noise of its readings. The slow part counts as noise of each.
     pub fn noise(&self) -> NoiseOfReadings {
         NoiseOfReadings {
-            multiplicative: self.multiplicative,
+            multiplicative: self.multiplicative.hypot(self.reception.slow),
             additive_v: self.additive_over_peak * self.peak_v,
+            phase_rad: self.reception.phase.map(|phase| phase.noise_rad),
         }
     }
 
     /// The scan's set-up. Its date is the same for all scans, so it reveals nothing.
     pub fn setup(&self, name: &str) -> ScanSetup {
+        let medium = SoundSpeed::new(self.speed_m_s).expect("that of air");
+        let phase = self.reception.phase.map(|phase| PhaseSection {
+            reference: PhaseReference::DriveSync,
+            convention: phase.convention,
+            // The standard uncertainty that a careful laboratory states: of the size of the drift.
+            drift_u_rad: NonNegative::new(hundredths(phase.drift_rad.abs()).max(0.05)).ok(),
+        });
         ScanSetup {
             name: name.to_owned(),
             recorded: jiff::Timestamp::UNIX_EPOCH,
             unit: "V".to_owned(),
             array: self.array.clone(),
-            medium: MediumSection::SpeedOfSound(SoundSpeed::new(SPEED_M_S).expect("that of air")),
+            medium: MediumSection::SpeedOfSound(medium),
             receiver: None,
-            phase: None,
-            simulator: Simulator::Piston,
-            foci: self.foci_mm.iter().copied().map(FocusSection::Point).collect(),
+            phase,
+            simulator: self.simulator,
+            foci: self.foci.clone(),
         }
     }
 }
@@ -137,6 +194,11 @@ fn built(layout: Layout) -> ArraySection {
         .expect("both lattices have elements")
 }
 
-fn tenths_of_micrometre(mm: f64) -> f64 {
+/// A length in mm with four decimals.
+pub(super) fn tenths_of_micrometre(mm: f64) -> f64 {
     (mm * 1e4).round() / 1e4
+}
+
+fn hundredths(value: f64) -> f64 {
+    (value * 100.0).ceil() / 100.0
 }

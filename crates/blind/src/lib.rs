@@ -10,11 +10,12 @@
 //! | [`Seal::open`], [`Score`] | compares the diagnoses with the answers: rates with 95 % intervals and targets |
 //!
 //! ```
-//! use fieldgap_blind::{Score, Seal, SetToMake, Shares};
+//! use fieldgap_blind::{Score, Seal, SetToMake, Shares, Worlds};
 //!
 //! let folder = tempfile::tempdir()?;
-//! let shares = Shares { none: 1.0, pairs: 0.0, unmodelled: 0.0 };
-//! let answers = SetToMake { count: 1, seed: 3, shares }.make(folder.path(), || ())?;
+//! let shares = Shares { none: 1.0, ..Shares::SINGLE };
+//! let set = SetToMake { count: 1, seed: 3, shares, worlds: Worlds::Bench };
+//! let answers = set.make(folder.path(), || ())?;
 //! let seal = Seal::of(folder.path(), None);
 //! let commitment = seal.close(&answers)?;
 //!
@@ -46,6 +47,7 @@ mod noise_units;
 mod parameters;
 mod parsed_diagnosis;
 mod random_sequence;
+mod reception;
 mod rigs;
 mod run;
 mod score;
@@ -54,12 +56,14 @@ mod seal_truth;
 mod sizing;
 mod survey;
 mod unmodelled;
+mod varied;
+mod whole_bench;
 mod world;
 
-pub use answer::{Answer, Answers};
+pub use answer::{Answer, Answers, Imperfections};
 pub use assignment::{Category, Shares};
 pub use error::BlindError;
-pub use make::SetToMake;
+pub use make::{SetToMake, Worlds};
 pub use parsed_diagnosis::{
     ParsedCandidate, ParsedDiagnosis, ParsedMeasurement, ParsedParameter, ParsedVerdict,
     ParsedVerification,
@@ -67,8 +71,8 @@ pub use parsed_diagnosis::{
 pub use rigs::{LOOP_PLAN, RIG};
 pub use run::{Diagnosed, Run};
 pub use score::{
-    Calibration, CalibrationBin, ConfusionRow, Figure, ParameterScore, Rate, Score, Target,
-    VerdictRow,
+    Calibration, CalibrationBin, ConfusionRow, Figure, ParameterScore, Rate, Score, StratumScore,
+    Target, VerdictRow,
 };
 pub use seal::{Seal, fresh_seed};
 pub use seal_truth::seal_truth;

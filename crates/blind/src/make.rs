@@ -4,16 +4,18 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::answer::{Answer, Answers};
+use super::answer::{Answer, Answers, Imperfections};
 use super::assignment::{Assignment, Category, Shares, assign};
 use super::catalogue;
-use super::causes::Causes;
+use super::causes::{Causes, by_name};
 use super::error::BlindError;
 use super::laboratory::Laboratory;
-use super::noise_units::Believed;
+use super::noise_units::{Believed, gap_of};
 use super::random_sequence::RandomSequence;
 use super::sizing::{Sizing, TargetGaps};
 use super::unmodelled::UNMODELLED;
+use super::varied;
+use super::whole_bench;
 use super::world::World;
 use fieldgap_records::{RecordedSample, RecordedScan};
 use fieldgap_virtual_rig::counter_rng::CounterRng;
@@ -21,8 +23,8 @@ use fieldgap_virtual_rig::counter_rng::CounterRng;
 /// Target gaps of a single cause.
 const ALONE: TargetGaps = TargetGaps { least: 0.1, most: 10.0 };
 
-/// Target gaps of each of two effects. A smaller effect would not count.
-const OF_TWO: TargetGaps = TargetGaps { least: 0.3, most: 10.0 };
+/// Target gaps of each of two or three effects. A smaller effect would not count.
+const OF_SEVERAL: TargetGaps = TargetGaps { least: 0.3, most: 10.0 };
 
 /// The specification of a set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +35,40 @@ pub struct SetToMake {
     pub seed: u64,
     /// Shares of the categories.
     pub shares: Shares,
+    /// Where the scans are made.
+    pub worlds: Worlds,
+}
+
+/// Where the scans of a set are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Worlds {
+    /// One bench: an array of 36 or 37 pistons, four planes, amplitudes with Gaussian noise, and nothing wrong but the causes.
+    Bench,
+    /// Laboratories that differ in radiators, array, drives, path, receiver and noise.
+    Laboratories {
+        /// Whether nothing is wrong but the causes. Otherwise each has the imperfections that every careful set-up has.
+        ideal: bool,
+    },
+}
+
+impl Worlds {
+    /// A laboratory, for these causes.
+    fn draw(self, assignment: &Assignment, random: &mut RandomSequence) -> Laboratory {
+        match self {
+            Self::Bench => Laboratory::draw(random),
+            Self::Laboratories { ideal } => {
+                let ids = match assignment {
+                    Assignment::Effects(ids) => ids.as_slice(),
+                    _ => &[],
+                };
+                let mut laboratory = varied::laboratory(ids, random);
+                if !ideal {
+                    laboratory.imperfections = varied::imperfections(&laboratory, ids, random);
+                }
+                laboratory
+            }
+        }
+    }
 }
 
 impl SetToMake {
@@ -44,7 +80,7 @@ impl SetToMake {
     pub fn make(self, out: &Path, made: impl Fn() + Sync) -> Result<Answers, BlindError> {
         let outside: Vec<usize> = (0..UNMODELLED.len()).collect();
         self.each("blind set", &catalogue::IDS, &outside, |_, name, assignment, rng| {
-            let (scan, answer) = one(name, assignment, rng);
+            let (scan, answer) = one(name, assignment, self.worlds, rng);
             scan.write(&out.join(&answer.name))?;
             made();
             Ok(answer)
@@ -77,8 +113,13 @@ impl SetToMake {
 }
 
 /// One scan and its answer.
-fn one(name: String, assignment: &Assignment, rng: CounterRng) -> (RecordedScan, Answer) {
-    let Drawn { laboratory, causes, believed, answer } = drawn(name, assignment, rng);
+fn one(
+    name: String,
+    assignment: &Assignment,
+    worlds: Worlds,
+    rng: CounterRng,
+) -> (RecordedScan, Answer) {
+    let Drawn { laboratory, causes, believed, answer } = drawn(name, assignment, worlds, rng);
     let world = World::new(&laboratory, &causes, believed.volts, rng);
     (scan(&answer.name, &laboratory, &world), answer)
 }
@@ -92,49 +133,82 @@ pub(super) struct Drawn {
 }
 
 /// Draws a laboratory and its causes, each of the size that leaves a random gap in the survey of the laboratory.
-pub(super) fn drawn(name: String, assignment: &Assignment, rng: CounterRng) -> Drawn {
+pub(super) fn drawn(
+    name: String,
+    assignment: &Assignment,
+    worlds: Worlds,
+    rng: CounterRng,
+) -> Drawn {
     let mut random = RandomSequence::new(rng.stream("draws"));
-    let laboratory = Laboratory::draw(&mut random);
-    let believed = Believed::new(&laboratory);
+    let laboratory = worlds.draw(assignment, &mut random);
+    let believed = Believed::new(&laboratory, rng);
     let sizing = Sizing { laboratory: &laboratory, believed: &believed, rng };
-    let (category, causes, gaps_alone_sigma) = match assignment {
-        Assignment::None => (Category::None, Causes::none(), Vec::new()),
+    let (category, causes) = match assignment {
+        Assignment::None => (Category::None, Causes::none()),
         Assignment::Effects(ids) => {
-            let (category, targets) =
-                if ids.len() == 1 { (Category::One, ALONE) } else { (Category::Two, OF_TWO) };
-            let drawn: Vec<_> = ids
-                .iter()
-                .map(|&id| {
-                    let sizes = catalogue::draw(id, &laboratory, &mut random);
-                    (id, sizing.effect(id, sizes, targets, &mut random))
-                })
-                .collect();
-            let alone =
-                drawn.iter().map(|one| sizing.gap(&Causes::of_catalogue(vec![one.clone()])));
-            let alone = alone.collect();
-            (category, Causes::of_catalogue(drawn), alone)
+            let category = [Category::One, Category::Two, Category::Three][ids.len() - 1];
+            let targets = if ids.len() == 1 { ALONE } else { OF_SEVERAL };
+            let sized = |&id: &&'static str| {
+                let mut sizes = catalogue::draw(id, &laboratory, &mut random);
+                if worlds == (Worlds::Laboratories { ideal: false }) {
+                    sizes = varied::beyond_the_ordinary(id, sizes);
+                }
+                (id, sizing.effect(id, sizes, targets, &mut random))
+            };
+            (category, Causes::of_catalogue(ids.iter().map(sized).collect()))
+        }
+        Assignment::WholeBench => {
+            let effects = whole_bench::effects(&sizing, &mut random);
+            (Category::WholeBench, Causes::of_catalogue(effects))
         }
         &Assignment::Unmodelled(number) => {
             let draw = UNMODELLED[number].1(&laboratory, &mut random);
-            let causes = Causes::of_unmodelled(sizing.unmodelled(&draw, ALONE, &mut random));
-            let gap = sizing.gap(&causes);
-            (Category::Unmodelled, causes, vec![gap])
+            let cause = sizing.unmodelled(&draw, ALONE, &mut random);
+            (Category::Unmodelled, Causes::of_unmodelled(cause))
         }
     };
+    let gaps_alone_sigma: Vec<f64> =
+        causes.each_alone().iter().map(|alone| sizing.gap(alone)).collect();
+    let names = causes.names();
+    let largest =
+        (0..names.len()).max_by(|&a, &b| gaps_alone_sigma[a].total_cmp(&gaps_alone_sigma[b]));
     let world = World::new(&laboratory, &causes, believed.volts, rng);
     let answer = Answer {
         category,
-        effects: causes.names(),
+        dominant: largest.filter(|_| category == Category::WholeBench).map(|n| names[n].clone()),
+        effects: names,
         parameters: causes.parameters(),
         gap_sigma: sizing.gap(&causes),
         gaps_alone_sigma,
         elements: elements(&world, &laboratory),
         noise: [laboratory.noise().multiplicative, laboratory.noise().additive_v],
         peak_v: laboratory.peak_v,
+        imperfections: imperfections(&laboratory, &believed, rng),
+        strata: laboratory.strata.clone(),
         name,
     };
     drop(world);
     Drawn { laboratory, causes, believed, answer }
+}
+
+/// What the set-up has beside its causes, and the gap that it leaves against a set-up without.
+fn imperfections(
+    laboratory: &Laboratory,
+    believed: &Believed,
+    rng: CounterRng,
+) -> Option<Imperfections> {
+    if laboratory.imperfections.is_empty() {
+        return None;
+    }
+    let ideal = Laboratory { imperfections: Vec::new(), ..laboratory.clone() };
+    let none = Causes::none();
+    let world = World::new(laboratory, &none, believed.volts, rng);
+    let gap_sigma = gap_of(&world, laboratory, &Believed::new(&ideal, rng));
+    Some(Imperfections {
+        parameters: by_name(laboratory.imperfections.iter().cloned()),
+        stated_speed_m_s: laboratory.speed_m_s,
+        gap_sigma,
+    })
 }
 
 fn scan(name: &str, laboratory: &Laboratory, world: &World<'_>) -> RecordedScan {
@@ -142,11 +216,20 @@ fn scan(name: &str, laboratory: &Laboratory, world: &World<'_>) -> RecordedScan 
     let every: Vec<usize> = (0..stops.len()).collect();
     let samples = stops
         .iter()
-        .zip(world.levels_v(&every))
+        .zip(world.phasors_v(&every))
         .enumerate()
-        .map(|(n, (stop, level_v))| {
-            let reading = micro(world.reading_v(n, stop, level_v));
-            RecordedSample::measured(stop.time_s, stop.focus, stop.at_mm * 1e-3, reading, None)
+        .filter_map(|(n, (stop, phasor_v))| {
+            let read_v = world.reading_v(n, stop, phasor_v)?;
+            let phase = laboratory.reception.phase;
+            let phase_rad = phase.map(|phase| micro(phase.stated_rad(read_v)));
+            let sample = RecordedSample::measured(
+                stop.time_s,
+                stop.focus,
+                stop.at_mm * 1e-3,
+                micro(read_v.norm()),
+                None,
+            );
+            Some(sample.with_phase(phase_rad))
         })
         .collect();
     RecordedScan { setup: laboratory.setup(name), samples }
@@ -160,9 +243,9 @@ fn elements(world: &World<'_>, laboratory: &Laboratory) -> Option<Vec<[f64; 2]>>
     (truly != believed).then_some(truly)
 }
 
-/// A reading rounded to the microvolt, as a receiver writes it.
-fn micro(reading_v: f64) -> f64 {
-    (reading_v * 1e6).round() / 1e6
+/// A reading rounded to the microvolt, or a phase to the microradian, as a receiver writes it.
+fn micro(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
 }
 
 #[cfg(test)]
@@ -191,14 +274,14 @@ mod tests {
     #[test]
     fn a_scan_without_effects_is_the_pistons_field_and_noise_of_the_stated_size() {
         let rng = CounterRng::new(11);
-        let (scan, answer) = one("0000".to_owned(), &Assignment::None, rng);
+        let (scan, answer) = one("0000".to_owned(), &Assignment::None, Worlds::Bench, rng);
         let laboratory = Laboratory::draw(&mut RandomSequence::new(rng.stream("draws")));
         let rule = DiscRule::new(8, 24);
         let [multiplicative, additive_v] = answer.noise;
         let pairs: Vec<(f64, f64)> = scan
             .samples
             .iter()
-            .filter_map(|sample| Some((laboratory.foci_mm[sample.focus?], sample)))
+            .filter_map(|sample| Some((laboratory.foci_mm()[sample.focus?], sample)))
             .step_by(9)
             .map(|(focus_mm, sample)| {
                 let expected = pressure(&laboratory, focus_mm / 1e3, sample.position_m(), &rule);
@@ -230,8 +313,9 @@ mod tests {
 
     #[test]
     fn a_set_does_not_depend_on_the_number_of_threads() {
-        let shares = Shares { none: 0.0, pairs: 0.5, unmodelled: 0.5 };
-        let set = SetToMake { count: 2, seed: 9, shares };
+        let shares = Shares { pairs: 0.5, unmodelled: 0.5, ..Shares::SINGLE };
+        let worlds = Worlds::Bench;
+        let set = SetToMake { count: 2, seed: 9, shares, worlds };
         let of_threads = |threads: usize| {
             let folder = tempfile::tempdir().expect("a folder");
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -249,8 +333,8 @@ mod tests {
     #[test]
     fn a_set_is_sealed_opened_and_scored() {
         let folder = tempfile::tempdir().expect("a folder");
-        let shares = Shares { none: 1.0, pairs: 0.0, unmodelled: 0.0 };
-        let set = SetToMake { count: 1, seed: 3, shares };
+        let shares = Shares { none: 1.0, ..Shares::SINGLE };
+        let set = SetToMake { count: 1, seed: 3, shares, worlds: Worlds::Bench };
         let answers = set.make(folder.path(), || ()).expect("made");
         let seal = super::super::Seal::of(folder.path(), None);
         seal.close(&answers).expect("sealed");

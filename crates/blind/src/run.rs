@@ -153,14 +153,14 @@ mod tests {
     use std::sync::Mutex;
 
     use super::super::assignment::Shares;
-    use super::super::make::SetToMake;
+    use super::super::make::{SetToMake, Worlds};
     use super::*;
 
     #[test]
     fn every_scan_is_diagnosed_and_one_that_fails_does_not_stop_the_others() {
         let folder = tempfile::tempdir().expect("a folder");
-        let shares = Shares { none: 1.0, pairs: 0.0, unmodelled: 0.0 };
-        let set = SetToMake { count: 2, seed: 1, shares };
+        let shares = Shares { none: 1.0, ..Shares::SINGLE };
+        let set = SetToMake { count: 2, seed: 1, shares, worlds: Worlds::Bench };
         set.make(folder.path(), || ()).expect("made");
         std::fs::write(folder.path().join("answers.sealed"), "closed").expect("written");
         let diagnoses = folder.path().join("diagnoses");

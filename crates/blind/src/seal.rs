@@ -191,6 +191,9 @@ mod tests {
             elements: None,
             noise: [0.02, 0.005],
             peak_v: 1.0,
+            dominant: None,
+            imperfections: None,
+            strata: std::collections::BTreeMap::new(),
         };
         let answers = Answers { format: 1, seed: 7, answers: vec![answer] };
         let seal = Seal::of(folder, None);

@@ -56,7 +56,12 @@ impl Sizing<'_> {
             self.gap(&Causes::of_catalogue(vec![(id, parameters.clone())]))
         };
         match sizes {
-            Sizes::Any { largest, at } => at(size(largest, targets, random, |size| gap(&at(size)))),
+            Sizes::Any { largest, least, at } => {
+                let of = |size| gap(&at(size));
+                let smallest = if least > 0.0 { of(least) } else { 0.0 };
+                let targets = TargetGaps { least: targets.least.max(smallest), ..targets };
+                at(size(largest, targets, random, of).max(least))
+            }
             Sizes::OneOf(drawn) => {
                 let gaps: Vec<f64> = drawn.iter().map(gap).collect();
                 let most =
@@ -95,7 +100,7 @@ fn size(
     if most <= targets.least {
         return largest;
     }
-    let ratio = most.min(targets.most) / targets.least;
+    let ratio = (most.min(targets.most) / targets.least).max(1.0);
     let target = targets.least * ratio.powf(share);
     // Logarithms of a size with too small a gap, and of one with too large a gap, and by how much.
     let mut below: Option<(f64, f64)> = None;

@@ -37,7 +37,19 @@ pub(super) struct Stop {
 pub(super) struct Survey {
     /// The stops.
     pub stops: Vec<Stop>,
+    /// Whether the robot goes on while it reads; if not, it has come to rest at every stop.
+    pub flown: bool,
+    /// Of the driven readings one in this number gives the size of a gap.
+    pub gap_of_one_in: usize,
+    /// How many stops at the end repeat earlier ones.
+    pub repeats: usize,
 }
+
+/// Readings of a plane at least, in the mean: a scan that changes its height more often has no planes.
+const LEAST_OF_PLANE: usize = 16;
+
+/// Of the driven readings of the bench one in this number is used. It gives the gap to some percent, and includes every height and row.
+const ONE_IN: usize = 7;
 
 impl Survey {
     /// Dark readings first, then plane by plane in serpentine rows, then the repeats.
@@ -62,7 +74,23 @@ impl Survey {
             focus: Some(focus),
             at_mm,
         });
-        Self { stops: dark.chain(driven).collect() }
+        Self {
+            stops: dark.chain(driven).collect(),
+            flown: true,
+            gap_of_one_in: ONE_IN,
+            repeats: REPEATS,
+        }
+    }
+
+    /// The driven stops.
+    pub fn driven(&self) -> impl Iterator<Item = &Stop> {
+        self.stops.iter().filter(|stop| stop.focus.is_some())
+    }
+
+    /// Lowest and highest corner of the box that the driven stops fill, mm.
+    pub fn corners_mm(&self) -> (Vec3, Vec3) {
+        let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+        self.driven().fold(none, |(low, high), stop| (low.inf(&stop.at_mm), high.sup(&stop.at_mm)))
     }
 
     /// The time from the first driven reading to the last, s.
@@ -70,12 +98,20 @@ impl Survey {
         self.stops.last().map_or(0.0, |stop| stop.time_s)
     }
 
-    /// Start of each plane, s, with its height, mm, in order of time; without the repeats.
-    pub fn planes_begin_s(&self) -> Vec<(f64, f64)> {
-        let driven = self.stops.iter().filter(|stop| stop.focus.is_some());
-        let begun = driven.step_by(SIDE * SIDE).map(|stop| (stop.time_s, stop.at_mm.z));
-        let planes = self.stops.len().saturating_sub(DARK + REPEATS) / (SIDE * SIDE);
-        begun.take(planes).collect()
+    /// Start of each plane, s, in order of time: the height or the drive is another from there on. Nothing of a scan
+    /// without planes; the repeats are left out.
+    pub fn planes_begin_s(&self) -> Vec<f64> {
+        let planned = self.driven().count().saturating_sub(self.repeats);
+        let mut begun = Vec::new();
+        let mut before = None;
+        for stop in self.driven().take(planned) {
+            let plane = (stop.focus, stop.at_mm.z);
+            if before != Some(plane) {
+                begun.push(stop.time_s);
+            }
+            before = Some(plane);
+        }
+        if planned / begun.len().max(1) < LEAST_OF_PLANE { Vec::new() } else { begun }
     }
 }
 
@@ -90,7 +126,7 @@ fn plane(z_mm: f64) -> impl Iterator<Item = Vec3> {
 }
 
 /// Rounded to whole microseconds, so that times are written without long decimals.
-fn microseconds(time_s: f64) -> f64 {
+pub(super) fn microseconds(time_s: f64) -> f64 {
     (time_s * 1e6).round() / 1e6
 }
 
@@ -119,7 +155,10 @@ mod tests {
     #[test]
     fn a_second_focus_has_two_planes_and_repeats_are_of_visited_positions() {
         let survey = survey(2);
-        let heights: Vec<f64> = survey.planes_begin_s().iter().map(|plane| plane.1).collect();
+        let begins_s = survey.planes_begin_s();
+        let at = |time_s: f64| survey.driven().find(|stop| stop.time_s == time_s);
+        let heights: Vec<f64> =
+            begins_s.iter().filter_map(|&time_s| Some(at(time_s)?.at_mm.z)).collect();
         assert_eq!(heights, [80.0, 120.0, 160.0, 200.0, 120.0, 160.0]);
         let driven = &survey.stops[64..];
         let (first, again) = driven.split_at(6 * 1296);

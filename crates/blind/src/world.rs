@@ -14,8 +14,7 @@ use super::survey::Stop;
 use fieldgap_acoustics::Vec3;
 use fieldgap_virtual_rig::counter_rng::CounterRng;
 use fieldgap_virtual_rig::drive::Drive;
-use fieldgap_virtual_rig::true_field::{Contributions, TrueField};
-use fieldgap_virtual_rig::truth::TrueSource;
+use fieldgap_virtual_rig::true_field::{AirStep, Contributions, TrueField};
 
 /// The true field from some time on.
 struct Epoch {
@@ -23,6 +22,8 @@ struct Epoch {
     field: TrueField,
     /// The amplitude of each element, for each drive.
     weights: Vec<Vec<Complex64>>,
+    /// The same where all elements are driven in phase.
+    in_phase: Vec<Complex64>,
 }
 
 /// The true set-up of one scan.
@@ -37,7 +38,7 @@ pub(super) struct World<'a> {
 
 /// The contributions computed so far, so that none is computed twice.
 #[derive(Default)]
-struct Cache(HashMap<(usize, [u64; 3]), Contributions>);
+struct Cache(HashMap<(usize, AirStep, [u64; 3]), Contributions>);
 
 impl<'a> World<'a> {
     /// The true set-up of a laboratory with these causes.
@@ -49,19 +50,22 @@ impl<'a> World<'a> {
     ) -> Self {
         let drives = laboratory.drives();
         let epochs = causes
-            .epochs()
+            .epochs(&laboratory.imperfections)
             .into_iter()
             .map(|(begins_s, effects)| {
                 let field = TrueField::new(
                     laboratory.elements(),
                     laboratory.medium(),
                     super::laboratory::FREQUENCY_HZ,
-                    &TrueSource::default(),
+                    &laboratory.source,
                     effects,
                     rng.stream("world"),
                 );
-                let weights = drives.iter().map(|drive| weights(&field, drive, causes)).collect();
-                Epoch { begins_s, field, weights }
+                let weights = drives.iter().map(|drive| field.weights(&drive.outputs())).collect();
+                let count = laboratory.elements().len();
+                let all = Drive { emitting: true, ..Drive::silent(count) };
+                let in_phase = field.weights(&all.outputs());
+                Epoch { begins_s, field, weights, in_phase }
             })
             .collect();
         Self { laboratory, causes, epochs, volts, noise: rng.stream("noise") }
@@ -72,59 +76,84 @@ impl<'a> World<'a> {
         &self.epochs[0].field
     }
 
-    /// The level at each of these stops before the receiver, without noise, V. `chosen` are numbers of stops.
-    pub fn levels_v(&self, chosen: &[usize]) -> Vec<f64> {
-        let stops = &self.laboratory.survey.stops;
-        let motions = kinematics(stops, self.field().lag_s());
+    /// The phasor at each of these stops before the receiver, without noise, V: the level, and the phase against the clock of the drives
+    /// (exp(-iωt)). `chosen` are numbers of stops.
+    pub fn phasors_v(&self, chosen: &[usize]) -> Vec<Complex64> {
+        self.phasors_beside_v(chosen, Vec3::zeros())
+    }
+
+    /// The same at another place: from each stop's true one by `by_m`.
+    pub fn phasors_beside_v(&self, chosen: &[usize], by_m: Vec3) -> Vec<Complex64> {
+        let survey = &self.laboratory.survey;
+        // A robot at rest is where it was a moment ago.
+        let lag_s = if survey.flown { self.field().lag_s() } else { 0.0 };
+        let motions = kinematics(&survey.stops, lag_s);
         let mut cache = Cache::default();
         chosen
             .iter()
             .map(|&n| {
-                let stop = &stops[n];
-                let Some(focus) = stop.focus else { return 0.0 };
+                let cause = self.causes.unmodelled();
+                let n = cause.map_or(n, |cause| cause.reads_stop(n));
+                let stop = &survey.stops[n];
+                let Some(focus) = stop.focus else { return Complex64::ZERO };
                 let (number, epoch) = self.epoch(stop);
-                let at_m = epoch.field.place(motions[n].position_mm * 1e-3, &motions[n]);
-                let contributions = self.contributions(&mut cache, number, at_m);
-                let weights = &epoch.weights[focus];
-                epoch.field.magnitude(&contributions, weights, stop.time_s) * self.volts
+                let beside_mm = cause.map_or(Vec3::zeros(), |cause| cause.displacement_mm(stop));
+                let reported_m = motions[n].position_mm * 1e-3;
+                let at_m = epoch.field.place(reported_m, &motions[n]) + beside_mm * 1e-3 + by_m;
+                let contributions = cache.at(number, &epoch.field, stop.time_s, at_m);
+                let weights = match cause.is_some_and(|cause| cause.is_unfocused(n)) {
+                    true => &epoch.in_phase,
+                    false => &epoch.weights[focus],
+                };
+                let own = epoch.field.phasor(contributions, weights, stop.time_s);
+                let k = epoch.field.wavenumber_rad_m();
+                let other = cause.map_or(Complex64::ZERO, |cause| cause.beside(at_m, k));
+                (own + other) * self.volts
             })
             .collect()
     }
 
-    /// The magnitude at positions, each with its focus, 1/m, for a robot at rest without errors.
-    pub fn magnitudes(&self, places_m: impl Iterator<Item = (usize, Vec3)>) -> Vec<f64> {
-        let epoch = &self.epochs[0];
-        let mut cache = Cache::default();
-        places_m
-            .map(|(focus, at_m)| {
-                let contributions = self.contributions(&mut cache, 0, at_m);
-                epoch.field.magnitude(&contributions, &epoch.weights[focus], 0.0)
-            })
-            .collect()
+    /// The phasor of the reading without noise, V, for one before the receiver.
+    pub fn noiseless_v(&self, stop: &Stop, phasor_v: Complex64) -> Complex64 {
+        with_norm(phasor_v, self.received_v(stop, phasor_v.norm(), 1.0))
     }
 
-    /// The reading for a level without noise, V.
-    pub fn noiseless_v(&self, stop: &Stop, level_v: f64) -> f64 {
-        self.received_v(stop, level_v, 1.0)
-    }
-
-    /// The reading for a level with the noise of the `n`th reading, V.
+    /// The phasor of the `n`th reading with its noise, V, for one before the receiver; `None` if the reading is lost.
     ///
     /// Additive noise has equal quadratures and adds to the carrier before its magnitude is taken. Multiplicative noise acts after
     /// the detector and before the converter.
-    pub fn reading_v(&self, n: usize, stop: &Stop, level_v: f64) -> f64 {
+    pub fn reading_v(&self, n: usize, stop: &Stop, phasor_v: Complex64) -> Option<Complex64> {
+        let Laboratory { reception, peak_v, .. } = self.laboratory;
+        if reception.is_lost(n, self.noise) {
+            return None;
+        }
         let noise = self.laboratory.noise();
         let normal = |part: u64| self.noise.normal(3 * n as u64 + part);
-        let in_phase_v = level_v + noise.additive_v * normal(1);
-        let detected_v = in_phase_v.hypot(noise.additive_v * normal(2));
-        self.received_v(stop, detected_v, 1.0 + noise.multiplicative * normal(0))
+        let level_v = phasor_v.norm();
+        let beside =
+            Complex64::new(level_v + noise.additive_v * normal(1), noise.additive_v * normal(2));
+        let factor = reception.slow_factor(n, self.noise)
+            * (1.0 + self.laboratory.multiplicative * normal(0));
+        let received_v = self.received_v(stop, beside.norm(), factor);
+        let outlier_v = reception.outlier_sigma(n, self.noise) * noise.at_v(received_v);
+        let read_v = (received_v + outlier_v).max(0.0);
+        let Some(phase) = reception.phase else {
+            return Some(reception.converted_v(read_v, *peak_v).into());
+        };
+        let share = (stop.time_s / self.laboratory.survey.lasts_s().max(1e-9)).clamp(0.0, 1.0);
+        let turned = beside * Complex64::from_polar(1.0, phasor_v.arg());
+        let read = with_norm(turned, read_v) * phase.turn(n, share, self.noise);
+        let part_v = |part_v: f64| reception.converted_v(part_v, *peak_v);
+        Some(Complex64::new(part_v(read.re), part_v(read.im)))
     }
 
     fn received_v(&self, stop: &Stop, level_v: f64, noise: f64) -> f64 {
         let (_, epoch) = self.epoch(stop);
+        let cause = self.causes.unmodelled();
+        let level_v = level_v * cause.map_or(1.0, |cause| cause.gain(stop));
         let received_v = epoch.field.level_v(level_v, stop.time_s) * noise;
         let converted_v = received_v.min(epoch.field.full_scale_v(f64::INFINITY));
-        self.causes.unmodelled().map_or(converted_v, |cause| cause.read_v(converted_v))
+        cause.map_or(converted_v, |cause| cause.read_v(converted_v))
     }
 
     fn epoch(&self, stop: &Stop) -> (usize, &Epoch) {
@@ -132,30 +161,17 @@ impl<'a> World<'a> {
         let number = begun.saturating_sub(1);
         (number, &self.epochs[number])
     }
-
-    fn contributions(&self, cache: &mut Cache, number: usize, at_m: Vec3) -> Contributions {
-        let field = &self.epochs[number].field;
-        let mut contributions = cache.at(number, field, at_m).clone();
-        if let Some(cause) = self.causes.unmodelled() {
-            for (from_m, factor) in cause.echoes(at_m, field.wavenumber_rad_m()) {
-                contributions.add(cache.at(number, field, from_m), factor);
-            }
-        }
-        contributions
-    }
 }
 
 impl Cache {
-    fn at(&mut self, number: usize, field: &TrueField, at_m: Vec3) -> &Contributions {
+    fn at(&mut self, number: usize, field: &TrueField, time_s: f64, at_m: Vec3) -> &Contributions {
+        let air = field.air_at(time_s);
         let place = [at_m.x.to_bits(), at_m.y.to_bits(), at_m.z.to_bits()];
-        self.0.entry((number, place)).or_insert_with(|| field.contributions(at_m))
+        self.0.entry((number, air, place)).or_insert_with(|| field.contributions_in(air, at_m))
     }
 }
 
-fn weights(field: &TrueField, drive: &Drive, causes: &Causes) -> Vec<Complex64> {
-    let mut weights = field.weights(&drive.outputs());
-    if let Some(cause) = causes.unmodelled() {
-        cause.emit(&mut weights, &field.array().elements);
-    }
-    weights
+/// A phasor with the same phase.
+fn with_norm(phasor: Complex64, norm: f64) -> Complex64 {
+    Complex64::from_polar(norm, phasor.arg())
 }

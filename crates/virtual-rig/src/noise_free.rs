@@ -9,7 +9,7 @@ use super::counter_rng::CounterRng;
 use super::drive::Drive;
 use super::effects::JITTER_CELL_MM;
 use super::trajectory::Kinematics;
-use super::true_field::{Contributions, TrueField};
+use super::true_field::{AirStep, Contributions, TrueField};
 use super::truth::{TrueSource, Truth};
 
 /// Where and when one reading is taken, as the robot reports it.
@@ -95,11 +95,12 @@ pub fn noise_free_coded_phasors(
     let places: Vec<Visit> = visits.iter().map(|(_, visit)| *visit).collect();
     let motions = kinematics(&places, field.lag_s());
     // Many drives of one place need the elements' contributions once.
-    let mut last: Option<(Vec3, Contributions)> = None;
+    let mut last: Option<((AirStep, Vec3), Contributions)> = None;
     let mut read = |((drive, visit), kinematics): (&(usize, Visit), Kinematics)| {
         let at_m = field.place(kinematics.position_mm * 1e-3, &kinematics);
-        if last.as_ref().is_none_or(|(known_m, _)| *known_m != at_m) {
-            last = Some((at_m, field.contributions(at_m)));
+        let air = field.air_at(visit.time_s);
+        if last.as_ref().is_none_or(|(known, _)| *known != (air, at_m)) {
+            last = Some(((air, at_m), field.contributions_in(air, at_m)));
         }
         let (_, contributions) = last.as_ref().expect("it was just set");
         let phasor = field.phasor(contributions, &weights[*drive], visit.time_s);

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
+use super::face_motion::FaceMotion;
 use super::truth::TrueSource;
 use fieldgap_acoustics::rayleigh::{DiscRule, Piston};
 use fieldgap_acoustics::transducer::{
@@ -17,6 +18,9 @@ use fieldgap_acoustics::{Element, Vec3};
 
 /// Error allowed in cutting faces into patches, relative to an element's own level on its axis.
 const TOLERANCE: f64 = 1e-4;
+
+/// How much finer the patches of a face are that does not move as a whole.
+const FINER: f64 = 100.0;
 
 /// Distance from a face, in its radii, from which on that error holds.
 pub(super) const NEAREST_RADII: f64 = 2.0;
@@ -81,10 +85,19 @@ impl<'s> Radiators<'s> {
         let known = self.rules.iter().position(|(known_m, _)| *known_m == radius_m);
         let known = known.unwrap_or_else(|| {
             let ka = self.wavenumber_rad_m * radius_m;
-            self.rules.push((radius_m, DiscRule::for_piston(ka, NEAREST_RADII, TOLERANCE)));
+            self.rules.push((radius_m, self.fresh_rule(ka)));
             self.rules.len() - 1
         });
         &self.rules[known].1
+    }
+
+    fn fresh_rule(&self, ka: f64) -> DiscRule {
+        match self.source.motion {
+            FaceMotion::Whole => DiscRule::for_piston(ka, NEAREST_RADII, TOLERANCE),
+            // The velocity is a polynomial in the squared radius, and the mean velocity can be far below that of the centre: both need more rings.
+            motion => DiscRule::for_piston(ka, NEAREST_RADII, TOLERANCE / FINER)
+                .moving(|radii| motion.at(radii)),
+        }
     }
 }
 
@@ -174,7 +187,7 @@ mod tests {
     }
 
     fn source(transducer: DescribedTransducer) -> TrueSource {
-        TrueSource { face_radius_m: None, transducer: Some(Arc::new(transducer)) }
+        TrueSource { transducer: Some(Arc::new(transducer)), ..TrueSource::default() }
     }
 
     /// Two independent computations of one number: the kernel's polynomials, and the laws themselves.
@@ -208,6 +221,26 @@ mod tests {
                 .of(Element::at(0.0, 0.0), 1.0)
                 .field(Vec3::z() * REFERENCE_M, K);
             assert!((p.norm() - 10.0).abs() < 1e-12);
+        }
+    }
+
+    /// The far field in closed form, reached where the distance is large beside a²/λ.
+    #[test]
+    fn a_face_in_its_bending_mode_has_the_lobe_of_its_closed_form() {
+        for motion in [
+            FaceMotion::CentreAgainstRim { bend: 1.7 },
+            FaceMotion::HeldAtRim { power: 1 },
+            FaceMotion::HeldAtRim { power: 2 },
+        ] {
+            let source = TrueSource { motion, ..TrueSource::default() };
+            let face = Element::at(0.0, 0.0);
+            let radiator = Radiators::new(&source, K).of(face, 1.0);
+            for degree in (0..=80).step_by(10) {
+                let (sin, cos) = f64::from(degree).to_radians().sin_cos();
+                let p = radiator.field(Vec3::new(sin, 0.0, cos) * 20.0, K) * 20.0;
+                let expected = motion.far_field(K * face.radius_m * sin);
+                assert!((p.norm() - expected.abs()).abs() < 1e-3, "{motion:?} {degree}: {p}");
+            }
         }
     }
 

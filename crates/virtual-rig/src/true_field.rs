@@ -6,10 +6,22 @@ use super::counter_rng::CounterRng;
 use super::drive::Output;
 use super::effects::{Effect, Path, TrueArray};
 use super::radiator::{NEAREST_RADII, Radiator, Radiators};
+use super::rigid_sphere::ScatteredWaves;
 use super::trajectory::Kinematics;
 use super::truth::TrueSource;
 use fieldgap_acoustics::rayleigh::DiscRule;
 use fieldgap_acoustics::{Array, Medium, Vec3};
+
+/// Step in which the temperature of the air changes, K: a turn of 1 mrad over 0.2 m.
+const AIR_STEP_K: f64 = 0.005;
+
+/// Speed of sound in dry air at 0 °C, m/s, and that temperature, K.
+const SPEED_AT_FREEZING_M_S: f64 = 331.3;
+const FREEZING_K: f64 = 273.15;
+
+/// The air at some time, as steps of its temperature from time zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct AirStep(i64);
 
 /// A radiating face: an element's, or its image in a reflecting plane.
 #[derive(Debug, Clone)]
@@ -45,6 +57,9 @@ pub struct TrueField {
     sources: Vec<Source>,
     /// Points of the receiver's face, relative to its centre, with weights that sum to 1.
     face: Vec<(Vec3, f64)>,
+    /// What rigid spheres scatter of the sources' waves.
+    scattered: Vec<ScatteredWaves>,
+    /// Speed of sound at time zero.
     speed_m_s: f64,
     frequency_hz: f64,
     nominal_frequency_hz: f64,
@@ -81,7 +96,14 @@ impl TrueField {
         let wavenumber_rad_m = medium.wavenumber_rad_m(true_frequency_hz);
         let sources = sources(&array, source, &effects, wavenumber_rad_m);
         let face = receiver_face(&effects, wavenumber_rad_m);
+        let scattered = effects.iter().filter_map(|effect| effect.sphere()).map(|sphere| {
+            let field = |source: &Source| source.radiator.field(sphere.centre_m, wavenumber_rad_m);
+            let incident = sources.iter().map(|source| (source.centre_m, field(source)));
+            ScatteredWaves::new(sphere, incident, wavenumber_rad_m)
+        });
+        let scattered = scattered.collect();
         Self {
+            scattered,
             array,
             sources,
             face,
@@ -130,7 +152,8 @@ impl TrueField {
     /// A delay τ turns the phase by +ωτ, as the time convention is exp(-iωt).
     pub fn weights(&self, outputs: &[Option<Output>]) -> Vec<Complex64> {
         let omega = std::f64::consts::TAU * self.frequency_hz;
-        self.array
+        let mut weights: Vec<Complex64> = self
+            .array
             .elements
             .iter()
             .zip(&self.array.channels)
@@ -144,12 +167,37 @@ impl TrueField {
                 let amplitude = element.amplitude * output.amplitude;
                 amplitude * Complex64::from_polar(1.0, element.phase_rad + omega * delay_s)
             })
-            .collect()
+            .collect();
+        self.effects.iter().for_each(|effect| effect.emit(&mut weights, &self.array.elements));
+        weights
+    }
+
+    /// The air at an instant: it changes in steps of [`AIR_STEP_K`].
+    pub fn air_at(&self, time_s: f64) -> AirStep {
+        let warmer_k: f64 = self.effects.iter().map(|effect| effect.warmer_k(time_s)).sum();
+        AirStep((warmer_k / AIR_STEP_K).round() as i64)
+    }
+
+    /// The speed of sound in still air at the array's centre, m/s.
+    fn speed_in(&self, air: AirStep) -> f64 {
+        let warmer_k = air.0 as f64 * AIR_STEP_K;
+        let squared =
+            self.speed_m_s.powi(2) + SPEED_AT_FREEZING_M_S.powi(2) * warmer_k / FREEZING_K;
+        // No air is colder than a tenth of its sound speed.
+        squared.max(0.01 * self.speed_m_s.powi(2)).sqrt()
+    }
+
+    /// The contribution of each element at a point, array's frame, m, in the air of time zero.
+    pub fn contributions(&self, at_m: Vec3) -> Contributions {
+        self.contributions_in(AirStep::default(), at_m)
     }
 
     /// The contribution of each element at a point, array's frame, m.
-    pub fn contributions(&self, at_m: Vec3) -> Contributions {
-        let wavenumber_rad_m = self.wavenumber_rad_m();
+    ///
+    /// The wave that a sphere scatters is that of time zero also while the air changes.
+    pub fn contributions_in(&self, air: AirStep, at_m: Vec3) -> Contributions {
+        let speed_m_s = self.speed_in(air);
+        let wavenumber_rad_m = std::f64::consts::TAU * self.frequency_hz / speed_m_s;
         let mut pressures = vec![Complex64::ZERO; self.array.elements.len()];
         for &(offset_m, share) in &self.face {
             let point_m = at_m + offset_m;
@@ -157,7 +205,13 @@ impl TrueField {
                 factor * effect.resonance(point_m, wavenumber_rad_m)
             });
             for source in &self.sources {
-                pressures[source.element] += share * resonance * self.pressure(source, point_m);
+                pressures[source.element] +=
+                    share * resonance * self.pressure(source, point_m, speed_m_s);
+            }
+            for scattered in &self.scattered {
+                for (source, wave) in self.sources.iter().zip(scattered.at(point_m)) {
+                    pressures[source.element] += share * resonance * source.coefficient * wave;
+                }
             }
         }
         let distances_m =
@@ -165,12 +219,12 @@ impl TrueField {
         Contributions { pressures, distances_m }
     }
 
-    fn pressure(&self, source: &Source, at_m: Vec3) -> Complex64 {
-        let straight = Path::straight(source.element, source.centre_m, at_m, self.speed_m_s);
+    fn pressure(&self, source: &Source, at_m: Vec3, speed_m_s: f64) -> Complex64 {
+        let straight = Path::straight(source.element, source.centre_m, at_m, speed_m_s);
         let mut path = straight;
         self.effects.iter().for_each(|effect| effect.path(&mut path));
         let omega = std::f64::consts::TAU * self.frequency_hz;
-        let undisturbed = source.radiator.field(at_m, omega / self.speed_m_s);
+        let undisturbed = source.radiator.field(at_m, omega / speed_m_s);
         let disturbance = Complex64::from_polar(path.gain, omega * (path.time_s - straight.time_s));
         source.coefficient * disturbance * undisturbed
     }
@@ -239,7 +293,9 @@ fn sources(
     let mut sources = Vec::new();
     let mirrors: Vec<_> = effects.iter().filter_map(|effect| effect.mirror()).collect();
     for (n, element) in array.elements.iter().enumerate() {
-        let images = mirrors.iter().map(|mirror| (mirror.image(element), mirror.coefficient));
+        let images = mirrors
+            .iter()
+            .flat_map(|mirror| mirror.images(element).map(|image| (image, mirror.coefficient)));
         for (face, coefficient) in std::iter::once((*element, Complex64::ONE)).chain(images) {
             let radiator = radiators.of(face, array.lobe_stretch);
             sources.push(Source { element: n, centre_m: face.centre_m, radiator, coefficient });

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::effects::{Effect, EffectTables};
+use super::face_motion::FaceMotion;
 use super::gestures::HandTruth;
 use super::sealed_truth;
 use fieldgap_acoustics::transducer::DescribedTransducer;
@@ -40,8 +41,10 @@ pub struct Truth {
 pub struct TrueSource {
     /// Radius of the vibrating face of every element, m; `None`: as assumed.
     pub face_radius_m: Option<f64>,
-    /// How each radiates; `None`: as a piston, by its integral.
+    /// How each radiates; `None`: by the integral over its face.
     pub transducer: Option<Arc<DescribedTransducer>>,
+    /// How the face moves, where the integral over it is taken.
+    pub motion: FaceMotion,
 }
 
 /// `[source]`
@@ -64,6 +67,7 @@ impl SourceTable {
         Ok(TrueSource {
             face_radius_m: stated_m.or(file.as_ref().and_then(TransducerFile::face_radius_m)),
             transducer: file.map(|file| Arc::clone(file.transducer())),
+            motion: FaceMotion::default(),
         })
     }
 }
@@ -264,7 +268,14 @@ mod tests {
         [effects.clipping]\nlevel = 3.0
         [effects.reflection]\nheight_mm = 300.0\ncoefficient = [0.2, 0.1]
         [effects.standing-wave]\ncoefficient = [0.1, 0.0]
-        [effects.gain-drift]\nrelative = -0.05\nover_s = 600.0";
+        [effects.gain-drift]\nrelative = -0.05\nover_s = 600.0
+        [effects.lead-screw]\naxis = \"y\"\namplitude_mm = 0.1\nlead_mm = 8.0\nphase_rad = 0.5
+        [effects.crosstalk]\ncoefficient = [0.05, 0.01]
+        [effects.wall]\nnormal = [1.0, 0.0, 0.0]\ndistance_mm = 120.0\ncoefficient = [0.3, 0.0]
+        [effects.scatterer]\nx_mm = 5.0\ny_mm = 0.0\nz_mm = 40.0\nradius_mm = 3.0
+        [effects.temperature-drift]\nk_per_h = 4.0
+        [effects.warm-up]\nrelative = 0.05\ntime_constant_s = 120.0
+        [effects.bowed-array]\nsagitta_mm = 0.5";
 
     #[test]
     fn every_physical_effect_of_the_catalogue_is_registered() {
@@ -277,7 +288,7 @@ mod tests {
             .collect();
         named.sort_unstable();
         assert_eq!(ids, named);
-        assert_eq!(ids.len(), 31);
+        assert_eq!(ids.len(), 38);
     }
 
     #[test]

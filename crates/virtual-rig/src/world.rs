@@ -10,7 +10,7 @@ use super::counter_rng::CounterRng;
 use super::drive::{Drive, DriveHistory, Played};
 use super::gestures::{ElementPaths, Swipe, Swipes};
 use super::trajectory::Trajectory;
-use super::true_field::{Contributions, TrueField};
+use super::true_field::{AirStep, Contributions, TrueField};
 use super::truth::{PhaseTruth, Truth};
 use fieldgap_acoustics::{Array, Medium, Vec3};
 use fieldgap_input::Fault;
@@ -57,7 +57,7 @@ pub struct World {
 /// The field that was computed last: a robot at rest needs the same one for every sample.
 #[derive(Default)]
 struct LastField {
-    contributions: Option<(Vec3, Contributions)>,
+    contributions: Option<((AirStep, Vec3), Contributions)>,
     weights: Option<(u64, Vec<Complex64>)>,
     phasor: Option<Complex64>,
 }
@@ -237,8 +237,10 @@ impl World {
         let at_m = self.nozzle_m(time_s - self.field.lag_s());
         let mut last = lock(&self.last_field);
         let last = &mut *last;
-        if last.contributions.as_ref().is_none_or(|(known_m, _)| *known_m != at_m) {
-            last.contributions = Some((at_m, self.field.contributions(at_m)));
+        let where_and_when = (self.field.air_at(time_s), at_m);
+        if last.contributions.as_ref().is_none_or(|(known, _)| *known != where_and_when) {
+            let (air, at_m) = where_and_when;
+            last.contributions = Some((where_and_when, self.field.contributions_in(air, at_m)));
             last.phasor = None;
         }
         if let (Some(played), Some((_, contributions))) = (&drive.display, &last.contributions) {

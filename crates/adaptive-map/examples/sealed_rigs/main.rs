@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use fieldgap_acoustics::Vec3;
 use fieldgap_adaptive_map::{Estimate, FieldMap, MapEnd, Mapping, checks_of, map, places_of};
-use fieldgap_blind::{SetToMake, Shares};
+use fieldgap_blind::{SetToMake, Shares, Worlds};
 use fieldgap_closed_loop::Planned;
 use fieldgap_comparison::DarkReadings;
 use fieldgap_input::TomlSource;
@@ -61,8 +61,9 @@ fn main() {
     let chosen: Option<Vec<String>> =
         arguments.next().map(|names| names.split(',').map(str::to_owned).collect());
     let error = std::env::var("MAP_ERROR").unwrap_or_else(|_| "0.01".to_owned());
-    let shares = Shares { none: 0.0, pairs: 1.0, unmodelled: 0.0 };
-    let answers = SetToMake { count, seed, shares }.make_rigs(&folder, false, || ()).expect("made");
+    let shares = Shares { pairs: 1.0, ..Shares::SINGLE };
+    let set = SetToMake { count, seed, shares, worlds: Worlds::Bench };
+    let answers = set.make_rigs(&folder, false, || ()).expect("made");
     let lines = Mutex::new(Vec::new());
     let chosen = |name: &str| chosen.as_ref().is_none_or(|names| names.iter().any(|n| n == name));
     answers.answers.par_iter().filter(|answer| chosen(&answer.name)).for_each(|answer| {

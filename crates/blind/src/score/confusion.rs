@@ -51,7 +51,10 @@ impl ConfusionRow {
     pub(super) fn of_all(judged: &[Judged<'_>]) -> Vec<Self> {
         let mut by_truth: BTreeMap<(Category, String), Vec<&Judged<'_>>> = BTreeMap::new();
         for one in judged {
-            let truth = label(&one.answer.effects);
+            let truth = match &one.answer.dominant {
+                Some(dominant) => format!("whole bench, {dominant}"),
+                None => label(&one.answer.effects),
+            };
             by_truth.entry((one.answer.category, truth)).or_default().push(one);
         }
         by_truth
@@ -64,9 +67,10 @@ impl ConfusionRow {
                 let mut named: Vec<_> = counts.into_iter().collect();
                 named.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
                 let right = |one: &Judged<'_>| match category {
-                    Category::None => one.diagnosis.verdict == ParsedVerdict::None,
+                    Category::None => !one.is_alarm(),
+                    Category::WholeBench => one.is_whole_bench_right(),
                     Category::Unmodelled => one.diagnosis.verdict == ParsedVerdict::Unexplained,
-                    Category::One | Category::Two => one.is_exact(),
+                    _ => one.is_exact(),
                 };
                 let missed: Vec<_> = all.iter().filter(|one| !right(one)).collect();
                 Self {

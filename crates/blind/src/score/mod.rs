@@ -7,9 +7,12 @@ mod calibration;
 mod confusion;
 mod judged;
 mod measurement;
+mod ordinary;
 mod parameters;
 mod rate;
 mod rates;
+mod strata;
+mod targets;
 mod text;
 
 use std::path::Path;
@@ -25,6 +28,8 @@ pub use confusion::{ConfusionRow, VerdictRow};
 use judged::Judged;
 pub use parameters::ParameterScore;
 pub use rate::{Figure, Rate, Target};
+pub use strata::StratumScore;
+use targets::Targets;
 
 /// A set's score.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,6 +50,8 @@ pub struct Score {
     pub calibration: Calibration,
     /// Calibration of the stated standard errors, for each parameter.
     pub parameters: Vec<ParameterScore>,
+    /// The rates by the classes of laboratories; empty for the bench.
+    pub strata: Vec<StratumScore>,
 }
 
 impl Score {
@@ -79,8 +86,10 @@ impl Score {
         let missing = both().filter(|(_, diagnosis)| diagnosis.is_none());
         let calibration = Calibration::of(&judged);
         let parameters = ParameterScore::of_all(&judged);
-        let mut rates = rates::rates(&judged);
-        rates.push(parameters::overall(&parameters));
+        let targets = Targets::of(answers);
+        let strata = StratumScore::of_all(&judged);
+        let mut rates = rates::rates(&judged, targets);
+        rates.push(parameters::overall(&parameters, targets.parameters));
         rates.extend(measurement::proven(&judged));
         rates.extend(measurement::inseparable(&judged));
         Self {
@@ -88,13 +97,15 @@ impl Score {
             not_diagnosed: missing.map(|(answer, _)| answer.name.clone()).collect(),
             verdicts: VerdictRow::of_all(&judged),
             rates,
-            figures: [rates::median_explained(&judged), calibration.figure()]
+            figures: [rates::median_explained(&judged), calibration.figure(targets.calibration)]
                 .into_iter()
+                .chain(StratumScore::worst_calibration(&strata, targets.calibration))
                 .chain(measurement::medians(&judged))
                 .collect(),
             confusion: ConfusionRow::of_all(&judged),
             calibration,
             parameters,
+            strata,
         }
     }
 }

@@ -52,11 +52,10 @@ impl ParameterScore {
 }
 
 /// Over all parameters.
-pub(super) fn overall(scores: &[ParameterScore]) -> Rate {
+pub(super) fn overall(scores: &[ParameterScore], target: Target) -> Rate {
     let count = scores.iter().map(|score| score.within_two).sum();
     let of = scores.iter().map(|score| score.of).sum();
-    Rate::counted("parameters within two standard errors", count, of)
-        .with(Target::Within(0.9, 0.98))
+    Rate::counted("parameters within two standard errors", count, of).with(target)
 }
 
 fn z_scores(fitted: &ParsedParameter, truth: &serde_json::Value) -> Vec<f64> {

@@ -4,9 +4,10 @@ use super::super::assignment::Category;
 use super::super::parsed_diagnosis::ParsedVerdict;
 use super::judged::Judged;
 use super::rate::{Figure, Rate, Target};
+use super::targets::Targets;
 
 /// Gap from which nearly every cause should be named, in standard deviations of a reading's noise.
-const CLEAR: f64 = 0.5;
+pub(super) const CLEAR: f64 = 0.5;
 
 /// Ranges of the gap.
 const BINS: [(f64, f64, &str); 4] = [
@@ -17,12 +18,14 @@ const BINS: [(f64, f64, &str); 4] = [
 ];
 
 /// Every rate.
-pub(super) fn rates(judged: &[Judged<'_>]) -> Vec<Rate> {
+pub(super) fn rates(judged: &[Judged<'_>], targets: Targets) -> Vec<Rate> {
     let mut rates = Vec::new();
     of_one(judged, &mut rates);
-    of_two(judged, &mut rates);
-    of_none(judged, &mut rates);
-    of_unmodelled(judged, &mut rates);
+    of_two(judged, targets, &mut rates);
+    of_three(judged, &mut rates);
+    of_whole_bench(judged, &mut rates);
+    of_none(judged, targets, &mut rates);
+    of_unmodelled(judged, targets, &mut rates);
     rates
 }
 
@@ -69,7 +72,7 @@ fn of_one(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
     ]);
 }
 
-fn of_two(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+fn of_two(judged: &[Judged<'_>], targets: Targets, rates: &mut Vec<Rate>) {
     let pairs = || sized(judged, Category::Two, 0.0, f64::INFINITY);
     let smaller = |one: &Judged<'_>| {
         one.answer.gaps_alone_sigma.iter().copied().fold(f64::INFINITY, f64::min)
@@ -80,7 +83,7 @@ fn of_two(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
             pairs().filter(|one| smaller(one) >= CLEAR),
             Judged::is_exact,
         ),
-        Rate::of("two effects: both exactly", pairs(), Judged::is_exact).with(Target::AtLeast(0.8)),
+        Rate::of("two effects: both exactly", pairs(), Judged::is_exact).with(targets.pairs),
         Rate::of("two effects: both exactly or among two or three sets", pairs(), |one| {
             one.is_exact() || one.is_among_alternatives()
         }),
@@ -93,13 +96,43 @@ fn of_two(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
     ]);
 }
 
-fn of_none(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
-    let alarm = |one: &Judged<'_>| one.diagnosis.verdict != ParsedVerdict::None;
-    let none = sized(judged, Category::None, 0.0, f64::INFINITY);
-    rates.push(Rate::of("no effect: false alarms", none, alarm).with(Target::AtMost(0.01)));
+fn of_three(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+    let triples = || sized(judged, Category::Three, 0.0, f64::INFINITY);
+    rates.extend([
+        Rate::of("three effects: all exactly", triples(), Judged::is_exact),
+        Rate::of("three effects: all exactly or among two or three sets", triples(), |one| {
+            one.is_exact() || one.is_among_alternatives()
+        }),
+        Rate::of(
+            "three effects, where explained: every named one true",
+            triples().filter(Judged::is_explained),
+            Judged::names_only_truth,
+        )
+        .with(Target::AtLeast(0.95)),
+    ]);
 }
 
-fn of_unmodelled(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+fn of_whole_bench(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
+    let all = || sized(judged, Category::WholeBench, 0.0, f64::INFINITY);
+    let dominant_named = |one: &Judged<'_>| {
+        one.answer.dominant.as_deref().is_some_and(|dominant| one.is_named(dominant))
+    };
+    rates.extend([
+        Rate::of("whole bench: the dominant one named", all(), dominant_named),
+        Rate::of("whole bench: every named one true", all(), Judged::invents_nothing),
+        Rate::of("whole bench: the remaining share told", all(), Judged::tells_remainder),
+        Rate::of("whole bench: all three", all(), Judged::is_whole_bench_right)
+            .with(Target::AtLeast(0.9)),
+    ]);
+}
+
+fn of_none(judged: &[Judged<'_>], targets: Targets, rates: &mut Vec<Rate>) {
+    let none = sized(judged, Category::None, 0.0, f64::INFINITY);
+    let alarms = Rate::of("no effect: false alarms", none, Judged::is_alarm);
+    rates.push(alarms.with(targets.alarms));
+}
+
+fn of_unmodelled(judged: &[Judged<'_>], targets: Targets, rates: &mut Vec<Rate>) {
     let unexplained = |one: &Judged<'_>| one.diagnosis.verdict == ParsedVerdict::Unexplained;
     for (least, most, bin) in BINS {
         let of = || sized(judged, Category::Unmodelled, least, most);
@@ -113,6 +146,12 @@ fn of_unmodelled(judged: &[Judged<'_>], rates: &mut Vec<Rate>) {
         Rate::of("outside: named with confidence", all(), Judged::is_explained)
             .with(Target::AtMost(0.1)),
     ]);
+    if let Some(target) = targets.outside_not_explained {
+        let clear = sized(judged, Category::Unmodelled, CLEAR, f64::INFINITY);
+        let not_explained = |one: &Judged<'_>| !one.is_explained();
+        let what = "outside, gap >= 0.5 sigma: not explained";
+        rates.push(Rate::of(what, clear, not_explained).with(target));
+    }
 }
 
 fn sized<'a, 'b>(

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::json;
 
-use super::super::answer::Answer;
+use super::super::answer::{Answer, Imperfections};
 use super::super::assignment::Category;
 use super::*;
 
@@ -22,6 +22,9 @@ fn answer(number: usize, category: Category, effects: &[&str], gap_sigma: f64) -
         elements: None,
         noise: [0.02, 0.005],
         peak_v: 1.0,
+        dominant: None,
+        imperfections: None,
+        strata: BTreeMap::new(),
     }
 }
 
@@ -162,4 +165,142 @@ fn of_rigs_the_cost_and_the_proof_of_the_cause_are_scored() {
     };
     assert_eq!(figure("median readings of a rig"), 700.0);
     assert!((figure("median minutes on the rig's clock") - 3.5).abs() < 1e-12);
+}
+
+/// An answer of a laboratory with ordinary imperfections.
+fn in_laboratory(number: usize, category: Category, effects: &[&str], gap_sigma: f64) -> Answer {
+    let parameters = BTreeMap::from([
+        ("element-gain.spread".to_owned(), json!(0.06)),
+        ("offset.x_mm".to_owned(), json!(0.5)),
+        ("offset.y_mm".to_owned(), json!(-0.5)),
+        ("offset.z_mm".to_owned(), json!(0.3)),
+        ("sound-speed.c_m_s".to_owned(), json!(344.6)),
+        ("reflection.coefficient".to_owned(), json!([0.01, 0.02])),
+    ]);
+    let radiator = if number.is_multiple_of(2) { "monopole" } else { "bending face" };
+    Answer {
+        imperfections: Some(Imperfections { parameters, stated_speed_m_s: 344.0, gap_sigma: 1.5 }),
+        strata: BTreeMap::from([
+            ("radiator".to_owned(), radiator.to_owned()),
+            ("quantity".to_owned(), "amplitude".to_owned()),
+        ]),
+        ..answer(number, category, effects, gap_sigma)
+    }
+}
+
+/// An explanation whose candidate states parameters.
+fn fitted(effects: &[&str], parameters: serde_json::Value) -> Option<ParsedDiagnosis> {
+    parsed(json!({
+        "verdict": "mostly-explained", "effects": effects, "explained_fraction": 0.9,
+        "ranked": [{ "effects": effects, "probability": 0.9, "parameters": parameters }]
+    }))
+}
+
+#[test]
+fn what_every_set_up_has_is_neither_a_hit_nor_a_wrong_cause() {
+    let one = |n| in_laboratory(n, Category::One, &["pitch"], 1.0);
+    let both = |n| in_laboratory(n, Category::Two, &["lag", "pitch"], 1.0);
+    let score = score(vec![
+        (one(0), explained(&["element-gain", "pitch", "offset"], 0.9)),
+        // The cause is missed, not mistaken.
+        (one(1), explained(&["element-gain", "offset"], 0.9)),
+        (one(2), explained(&["element-gain", "skew"], 0.9)),
+        (both(3), explained(&["offset", "pitch"], 0.9)),
+    ]);
+    for (what, expected) in [
+        ("one effect, gap >= 0.5 sigma: named exactly", 1.0 / 3.0),
+        ("one effect, any gap: explained with a wrong cause", 1.0 / 3.0),
+        ("two effects: both exactly", 0.0),
+        ("two effects, where explained: every named one true", 1.0),
+    ] {
+        assert!((share(&score, what) - expected).abs() < 1e-12, "{what}");
+    }
+}
+
+#[test]
+fn what_every_set_up_has_is_an_alarm_only_at_more_than_twice_its_size() {
+    let alarmed = |diagnosis: Option<ParsedDiagnosis>| {
+        let none = in_laboratory(0, Category::None, &[], 0.0);
+        share(&score(vec![(none, diagnosis)]), "no effect: false alarms") == 1.0
+    };
+    let real = |value: f64| json!({ "value": value, "standard_error": 0.01 });
+    let gain =
+        |value: f64| fitted(&["element-gain"], json!({ "element-gain.spread": real(value) }));
+    assert!(!alarmed(gain(0.115)) && alarmed(gain(0.125)));
+    // Of the sound speed the distance from the stated one counts: 0.6 m/s here.
+    let speed = |value: f64| fitted(&["sound-speed"], json!({ "sound-speed.c_m_s": real(value) }));
+    assert!(!alarmed(speed(345.1)) && !alarmed(speed(343.0)) && alarmed(speed(345.3)));
+    let offset = |x: f64| {
+        let parameters = json!({
+            "offset.x_mm": real(x), "offset.y_mm": real(0.0), "offset.z_mm": real(0.0)
+        });
+        fitted(&["offset"], parameters)
+    };
+    assert!(!alarmed(offset(-1.5)) && alarmed(offset(1.6)));
+    let mirror = |re: f64| {
+        let coefficient = json!({ "value": [re, 0.0], "standard_error": [0.001, 0.001] });
+        fitted(&["reflection"], json!({ "reflection.coefficient": coefficient }))
+    };
+    assert!(!alarmed(mirror(0.044)) && alarmed(mirror(0.046)));
+    // A size that is not stated, an effect that the set-up does not have, and a gap left unexplained.
+    assert!(alarmed(fitted(&["element-gain"], json!({}))));
+    assert!(alarmed(explained(&["pitch"], 0.9)) && alarmed(verdict("unexplained")));
+    assert!(!alarmed(verdict("none")));
+    let rivals = |other: &str| {
+        parsed(json!({ "verdict": "ambiguous", "alternatives": [["offset"], [other]] }))
+    };
+    assert!(!alarmed(rivals("element-gain")) && alarmed(rivals("skew")));
+}
+
+#[test]
+fn of_a_whole_bench_the_dominant_one_must_be_named_and_nothing_invented() {
+    let bench = |n| Answer {
+        dominant: Some("flow".to_owned()),
+        ..in_laboratory(n, Category::WholeBench, &["flow", "lag", "pitch"], 3.0)
+    };
+    let rivals = |sets: serde_json::Value| {
+        parsed(json!({ "verdict": "ambiguous", "alternatives": sets, "explained_fraction": 0.8 }))
+    };
+    let score = score(vec![
+        (bench(0), explained(&["flow", "offset"], 0.9)),
+        (bench(1), explained(&["flow", "skew"], 0.9)),
+        (bench(2), explained(&["pitch"], 0.9)),
+        (bench(3), rivals(json!([["flow", "lag"], ["flow", "pitch"]]))),
+        (bench(4), rivals(json!([["flow"], ["skew"]]))),
+        (bench(5), parsed(json!({ "verdict": "explained", "effects": ["flow"] }))),
+        (bench(6), verdict("unexplained")),
+    ]);
+    for (what, count) in [
+        ("whole bench: the dominant one named", 4.0),
+        ("whole bench: every named one true", 5.0),
+        ("whole bench: the remaining share told", 5.0),
+        ("whole bench: all three", 2.0),
+    ] {
+        assert!((share(&score, what) - count / 7.0).abs() < 1e-12, "{what}");
+    }
+}
+
+#[test]
+fn a_set_of_laboratories_is_scored_by_their_classes() {
+    let of = in_laboratory;
+    let whole = Answer {
+        dominant: Some("flow".to_owned()),
+        ..of(6, Category::WholeBench, &["flow", "lag", "pitch"], 3.0)
+    };
+    let score = score(vec![
+        (of(0, Category::One, &["pitch"], 1.0), explained(&["pitch"], 0.95)),
+        (of(1, Category::One, &["pitch"], 1.0), explained(&["skew"], 0.55)),
+        (of(2, Category::One, &["lag"], 0.2), verdict("none")),
+        (of(3, Category::Two, &["lag", "pitch"], 2.0), explained(&["lag", "pitch"], 0.9)),
+        (of(4, Category::Three, &["flow", "lag", "pitch"], 2.0), explained(&["lag", "flow"], 0.9)),
+        (of(5, Category::None, &[], 0.0), verdict("none")),
+        (whole, explained(&["flow", "element-gain"], 0.9)),
+        (of(7, Category::Unmodelled, &["screen"], 2.0), verdict("unexplained")),
+    ]);
+    let radiators: Vec<_> = score.strata.iter().filter(|one| one.axis == "radiator").collect();
+    let one = |n: usize| {
+        (radiators[n].class.as_str(), radiators[n].rates[0].count, radiators[n].rates[0].of)
+    };
+    assert_eq!([one(0), one(1)], [("bending face", 0, 1), ("monopole", 1, 1)]);
+    insta::assert_snapshot!(score.to_text());
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::super::parsed_diagnosis::ParsedVerdict;
 use super::rate::{Rate, Target};
-use super::{ConfusionRow, Score};
+use super::{ConfusionRow, Score, StratumScore};
 
 /// Largest number of scans listed in a row of the confusion table.
 const NAMED_SCANS: usize = 6;
@@ -27,19 +27,20 @@ impl Score {
         self.confusion_to(&mut text);
         self.calibration_to(&mut text);
         self.parameters_to(&mut text);
+        self.strata_to(&mut text);
         text
     }
 
     fn verdicts_to(&self, text: &mut String) {
         use ParsedVerdict::{Ambiguous, Explained, MostlyExplained, None, Unexplained};
         let verdicts = [Explained, MostlyExplained, Ambiguous, Unexplained, None];
-        *text += "\ntruth      explained  mostly-explained  ambiguous  unexplained  none\n";
+        *text += "\ntruth        explained  mostly-explained  ambiguous  unexplained  none\n";
         for row in &self.verdicts {
             let [explained, mostly, ambiguous, unexplained, none] =
                 verdicts.map(|verdict| row.verdicts.get(&verdict).copied().unwrap_or_default());
             let _ = writeln!(
                 text,
-                "{:<9}  {explained:>9}  {mostly:>16}  {ambiguous:>9}  {unexplained:>11}  {none:>4}",
+                "{:<11}  {explained:>9}  {mostly:>16}  {ambiguous:>9}  {unexplained:>11}  {none:>4}",
                 name(&row.category)
             );
         }
@@ -96,6 +97,34 @@ impl Score {
         for bin in &self.calibration.bins {
             let _ = writeln!(text, "{:>18.3}  {:>11.3}  {:>5}", bin.stated, bin.right, bin.of);
         }
+    }
+
+    fn strata_to(&self, text: &mut String) {
+        if self.strata.is_empty() {
+            return;
+        }
+        let _ = write!(text, "\n{:<16} {:<20} {:>5}", "laboratories", "", "scans");
+        for column in StratumScore::COLUMNS {
+            let _ = write!(text, "  {column:>10}");
+        }
+        *text += "  calibration\n";
+        let mut before = "";
+        for StratumScore { axis, class, of, rates, calibration } in &self.strata {
+            let shown = if axis == before { "" } else { axis };
+            before = axis;
+            let _ = write!(text, "{shown:<16} {class:<20} {of:>5}");
+            for rate in rates {
+                let cell = match rate.of {
+                    0 => "-".to_owned(),
+                    of => format!("{}/{of}", rate.count),
+                };
+                let _ = write!(text, "  {cell:>10}");
+            }
+            let error = calibration.error.map_or("-".to_owned(), |error| format!("{error:.3}"));
+            let _ = writeln!(text, "  {error:>11}");
+        }
+        *text += "one, two: named exactly; or rivals: or among two or three; one, or rivals and outside: at 0.5 sigma and more; \
+                  outside: not explained; three true: every named one true, where explained\n";
     }
 
     fn parameters_to(&self, text: &mut String) {

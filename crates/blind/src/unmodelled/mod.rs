@@ -6,19 +6,28 @@
 //! Some are close to effects of the catalogue. `row-sag` is a set of element gains, and a small `bowed-array` nearly one of
 //! element phases; they differ from random ones by their spatial order. `crosstalk` is close to gains and phases together.
 
-mod bowed_array;
+mod bent_cable;
+mod bent_rail;
 mod coarse_converter;
-mod crosstalk;
+mod failing_elements;
+mod fog;
 mod gain_jump;
+mod held_readings;
 mod hot_plume;
-mod lead_screw;
+mod lost_steps;
+mod mains_hum;
+mod missed_commands;
 mod row_sag;
-mod scatterer;
+mod scattered_readings;
 mod screen;
-mod side_wall;
+mod second_source;
+mod swaying_gantry;
 mod temperature_step;
 mod tilted_receiver;
 mod wind_onset;
+
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -27,7 +36,8 @@ use num_complex::Complex64;
 use super::laboratory::Laboratory;
 use super::parameters::Parameters;
 use super::random_sequence::RandomSequence;
-use fieldgap_acoustics::{Element, Vec3};
+use super::survey::Stop;
+use fieldgap_acoustics::Vec3;
 
 /// One unmodelled cause. Each method after the first two is a place where it can act.
 pub(super) trait Unmodelled: std::fmt::Debug + Send + Sync {
@@ -47,12 +57,29 @@ pub(super) trait Unmodelled: std::fmt::Debug + Send + Sync {
         Vec::new()
     }
 
-    /// Changes the elements' complex amplitudes.
-    fn emit(&self, _weights: &mut [Complex64], _elements: &[Element]) {}
+    /// The number of the stop whose field the `n`th reading is of.
+    fn reads_stop(&self, n: usize) -> usize {
+        n
+    }
 
-    /// Points whose field, times a factor, adds to that at `at_m`.
-    fn echoes(&self, _at_m: Vec3, _wavenumber_rad_m: f64) -> Vec<(Vec3, Complex64)> {
-        Vec::new()
+    /// Whether all elements sound in phase at the `n`th reading, in place of its drive.
+    fn is_unfocused(&self, _n: usize) -> bool {
+        false
+    }
+
+    /// How far the receiver is from where it should be, mm.
+    fn displacement_mm(&self, _stop: &Stop) -> Vec3 {
+        Vec3::zeros()
+    }
+
+    /// Another wave at a point, in units of the field, 1/m.
+    fn beside(&self, _at_m: Vec3, _wavenumber_rad_m: f64) -> Complex64 {
+        Complex64::ZERO
+    }
+
+    /// A factor on the level.
+    fn gain(&self, _stop: &Stop) -> f64 {
+        1.0
     }
 
     /// Changes a reading, V, after everything else.
@@ -108,17 +135,22 @@ impl Unmodelled for OfTruth {
 type Drawing = fn(&Laboratory, &mut RandomSequence) -> Draw;
 
 /// Every unmodelled cause with its name.
-pub(super) const UNMODELLED: [(&str, Drawing); 13] = [
-    (bowed_array::NAME, bowed_array::draw),
+pub(super) const UNMODELLED: [(&str, Drawing); 18] = [
+    (bent_cable::NAME, bent_cable::draw),
+    (bent_rail::NAME, bent_rail::draw),
     (coarse_converter::NAME, coarse_converter::draw),
-    (crosstalk::NAME, crosstalk::draw),
+    (failing_elements::NAME, failing_elements::draw),
+    (fog::NAME, fog::draw),
     (gain_jump::NAME, gain_jump::draw),
+    (held_readings::NAME, held_readings::draw),
     (hot_plume::NAME, hot_plume::draw),
-    (lead_screw::NAME, lead_screw::draw),
+    (lost_steps::NAME, lost_steps::draw),
+    (mains_hum::NAME, mains_hum::draw),
+    (missed_commands::NAME, missed_commands::draw),
     (row_sag::NAME, row_sag::draw),
-    (scatterer::NAME, scatterer::draw),
     (screen::NAME, screen::draw),
-    (side_wall::NAME, side_wall::draw),
+    (second_source::NAME, second_source::draw),
+    (swaying_gantry::NAME, swaying_gantry::draw),
     (temperature_step::NAME, temperature_step::draw),
     (tilted_receiver::NAME, tilted_receiver::draw),
     (wind_onset::NAME, wind_onset::draw),

@@ -59,7 +59,7 @@ mod tests {
         let flow = toml::toml! { vx_m_s = 4.0 vy_m_s = (-2.0) };
         let chosen: Vec<usize> = (64..5000).step_by(301).collect();
         let levels_v = |causes: &Causes| {
-            World::new(&laboratory, causes, 1.0, CounterRng::new(1)).levels_v(&chosen)
+            World::new(&laboratory, causes, 1.0, CounterRng::new(1)).phasors_v(&chosen)
         };
         let still = levels_v(&Causes::none());
         let windy = levels_v(&Causes::of_catalogue(vec![("flow", flow)]));

@@ -11,6 +11,7 @@ mod axis_scale;
 mod backlash;
 mod bowed_array;
 mod clipping;
+mod crosstalk;
 mod dead_elements;
 mod directivity;
 mod drive_frequency;
@@ -33,15 +34,19 @@ mod reflection;
 mod rotation;
 mod row_sag;
 mod saturation;
+mod scatterer;
 mod screen;
 mod skew;
 mod sound_speed;
 mod spreading;
 mod standing_wave;
 mod swapped_channels;
+mod temperature_drift;
 mod temperature_gradient;
 mod tilted_receiver;
 mod turbulence;
+mod wall;
+mod warm_up;
 
 pub(crate) use position_jitter::CELL_MM as JITTER_CELL_MM;
 
@@ -49,6 +54,7 @@ use num_complex::Complex64;
 use serde::Deserialize;
 
 use super::counter_rng::CounterRng;
+use super::rigid_sphere::RigidSphere;
 use super::trajectory::Kinematics;
 use fieldgap_acoustics::{Element, Medium, Vec3};
 
@@ -98,24 +104,42 @@ impl Path {
     }
 }
 
-/// A plane parallel to the array that reflects sound.
+/// An axis of the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// A plane that reflects sound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mirror {
-    /// Its height above the array.
-    pub height_m: f64,
+    /// Its normal, of unit length.
+    pub normal: Vec3,
+    /// Its distance from the array's centre along the normal, m.
+    pub distance_m: f64,
     /// Reflected over incident pressure.
     pub coefficient: Complex64,
+    /// Whether the array's plane reflects the reflected wave once more, as a rigid baffle.
+    pub baffle: bool,
 }
 
 impl Mirror {
-    /// The image of an element.
-    pub fn image(&self, element: &Element) -> Element {
-        let flip = Vec3::new(1.0, 1.0, -1.0);
-        let mut image = *element;
-        image.centre_m = element.centre_m.component_mul(&flip) + Vec3::z() * 2.0 * self.height_m;
-        image.normal = element.normal.component_mul(&flip);
-        image
+    /// The images of an element: one, and with a baffle a second one behind it.
+    pub fn images(&self, element: &Element) -> impl Iterator<Item = Element> + use<> {
+        let image = reflected(element, self.normal, self.distance_m);
+        let behind = self.baffle.then(|| reflected(&image, Vec3::z(), 0.0));
+        std::iter::once(image).chain(behind)
     }
+}
+
+fn reflected(element: &Element, normal: Vec3, distance_m: f64) -> Element {
+    let mut image = *element;
+    image.centre_m += 2.0 * (distance_m - element.centre_m.dot(&normal)) * normal;
+    image.normal -= 2.0 * element.normal.dot(&normal) * normal;
+    image
 }
 
 /// One cause. Each method is a place where it can act; by default it does nothing there.
@@ -133,7 +157,20 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     /// Changes the array: positions, faces, amplitudes, wiring.
     fn array(&self, _array: &mut TrueArray, _rng: CounterRng) {}
 
-    /// A reflecting plane that it puts above the field.
+    /// Changes the elements' complex amplitudes as they are driven.
+    fn emit(&self, _weights: &mut [Complex64], _elements: &[Element]) {}
+
+    /// How much warmer the air is than at time zero, K.
+    fn warmer_k(&self, _time_s: f64) -> f64 {
+        0.0
+    }
+
+    /// A rigid sphere that it puts into the field.
+    fn sphere(&self) -> Option<RigidSphere> {
+        None
+    }
+
+    /// A reflecting plane that it puts beside or above the field.
     fn mirror(&self) -> Option<Mirror> {
         None
     }
@@ -236,6 +273,7 @@ registry! {
     "flow" => flow::Flow,
     "temperature-gradient" => temperature_gradient::TemperatureGradient,
     "turbulence" => turbulence::Turbulence,
+    "temperature-drift" => temperature_drift::TemperatureDrift,
     // source
     "spreading" => spreading::Spreading,
     "directivity" => directivity::Directivity,
@@ -245,10 +283,13 @@ registry! {
     "polarity" => polarity::Polarity,
     "swapped-channels" => swapped_channels::SwappedChannels,
     "pitch" => pitch::Pitch,
+    "bowed-array" => bowed_array::BowedArray,
     "array-tilt" => array_tilt::ArrayTilt,
+    "crosstalk" => crosstalk::Crosstalk,
     "phase-quantisation" => phase_quantisation::PhaseQuantisation,
     "drive-frequency" => drive_frequency::DriveFrequency,
     // geometry
+    "lead-screw" => lead_screw::LeadScrew,
     "backlash" => backlash::Backlash,
     "axis-scale" => axis_scale::AxisScale,
     "skew" => skew::Skew,
@@ -260,16 +301,17 @@ registry! {
     "receiver-directivity" => receiver_directivity::ReceiverDirectivity,
     "aperture" => aperture::Aperture,
     "reflection" => reflection::Reflection,
+    "wall" => wall::Wall,
+    "scatterer" => scatterer::Scatterer,
     "standing-wave" => standing_wave::StandingWave,
+    "warm-up" => warm_up::WarmUp,
     "gain-drift" => gain_drift::GainDrift,
     "saturation" => saturation::Saturation,
     "noise-floor" => noise_floor::NoiseFloor,
     "clipping" => clipping::Clipping,
     // not in the catalogue of a diagnosis
-    "bowed-array" => bowed_array::BowedArray,
     "gain-jump" => gain_jump::GainJump,
     "hot-plume" => hot_plume::HotPlume,
-    "lead-screw" => lead_screw::LeadScrew,
     "row-sag" => row_sag::RowSag,
     "screen" => screen::Screen,
     "tilted-receiver" => tilted_receiver::TiltedReceiver,

@@ -7,6 +7,7 @@ use num_complex::Complex64;
 use serde::Deserialize;
 
 use super::{Effect, Mirror};
+use fieldgap_acoustics::Vec3;
 use fieldgap_input::{Exact, Finite, Length};
 
 /// Its parameters.
@@ -23,7 +24,8 @@ impl Effect for Reflection {
     fn mirror(&self) -> Option<Mirror> {
         let [re, im] = self.coefficient.map(Finite::get);
         let coefficient = Complex64::new(re, im);
-        Some(Mirror { height_m: self.height_mm.get() * 1e-3, coefficient })
+        let distance_m = self.height_mm.get() * 1e-3;
+        Some(Mirror { normal: Vec3::z(), distance_m, coefficient, baffle: false })
     }
 }
 
@@ -38,7 +40,7 @@ mod tests {
         let mirror = effect::<Reflection>("height_mm = 200.0\ncoefficient = [0.3, -0.1]")
             .mirror()
             .expect("a reflection has a mirror");
-        let image = mirror.image(&TrueArray::of_two().elements[1]);
+        let image = mirror.images(&TrueArray::of_two().elements[1]).next().expect("one");
         assert!((image.centre_m.z - 0.4).abs() < 1e-12 && image.normal.z == -1.0);
         assert_eq!(mirror.coefficient, Complex64::new(0.3, -0.1));
     }

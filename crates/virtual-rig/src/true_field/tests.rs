@@ -217,3 +217,75 @@ fn turbulence_takes_from_the_focus_what_it_gives_to_speckle() {
     let share = mean_square / magnitude(&still, &drive, focus_m).powi(2);
     assert!((share / expected - 1.0).abs() < 0.05, "{share} {expected}");
 }
+
+#[test]
+fn warmer_air_is_another_sound_speed_from_then_on() {
+    let array = thesis_array();
+    let drifting = field(&array, "[effects.temperature-drift]\nk_per_h = 12.0\n");
+    // 5 minutes are 1 K: c² grows by 331.3² / 273.15.
+    let c_m_s = (343.0f64.powi(2) + 331.3f64.powi(2) / 273.15).sqrt();
+    let warm = field(&array, &format!("[effects.sound-speed]\nc_m_s = {c_m_s}\n"));
+    let at_m = mm(5.0, 8.0, 160.0);
+    let drive = focused(&array, mm(17.5, -22.5, 100.0));
+    let phasor = |field: &TrueField, time_s: f64| {
+        let contributions = field.contributions_in(field.air_at(time_s), at_m);
+        field.phasor(&contributions, &field.weights(&drive.outputs()), time_s)
+    };
+    let (later, expected) = (phasor(&drifting, 300.0), phasor(&warm, 0.0));
+    assert!((later - expected).norm() < 1e-9 * expected.norm(), "{later} {expected}");
+    assert_eq!(phasor(&drifting, 0.0), phasor(&field(&array, ""), 0.0));
+}
+
+/// The image's wave at a point is the array's own at the mirrored point, and with a baffle that at its mirror image too.
+#[test]
+fn a_wall_adds_the_field_of_the_mirrored_points() {
+    let array = thesis_array();
+    let plain = field(&array, "");
+    let drive = focused(&array, mm(17.5, -22.5, 100.0));
+    let weights = plain.weights(&drive.outputs());
+    let own = |at_m: Vec3| plain.phasor(&plain.contributions(at_m), &weights, 0.0);
+    let (at_m, normal) = (mm(10.0, -5.0, 90.0), Vec3::new(0.8, 0.0, 0.6));
+    let wall =
+        "[effects.wall]\nnormal = [0.8, 0, 0.6]\ndistance_mm = 120\ncoefficient = [0.3, 0.4]\n";
+    let mirrored = |at_m: Vec3| at_m + 2.0 * (0.12 - at_m.dot(&normal)) * normal;
+    let coefficient = Complex64::new(0.3, 0.4);
+    let echo = coefficient * own(mirrored(at_m));
+    // The wave from behind the baffle reaches the point as the wall's wave reaches its mirror image below the array.
+    let again = coefficient * own(mirrored(mm(10.0, -5.0, -90.0)));
+    for (effects, expected) in [
+        (wall.to_owned(), own(at_m) + echo),
+        (format!("{wall}baffle = true\n"), own(at_m) + echo + again),
+    ] {
+        let walled = field(&array, &effects);
+        let got = walled.phasor(&walled.contributions(at_m), &weights, 0.0);
+        assert!((got - expected).norm() < 1e-3 * expected.norm(), "{effects}: {got} {expected}");
+    }
+}
+
+/// Far from a small sphere: the incident wave at it, times its monopole and dipole.
+#[test]
+fn a_small_sphere_adds_its_scattered_wave() {
+    let array = Array::square(1, 1, 10.5e-3).expect("not empty");
+    let effects = "[effects.scatterer]\nx_mm = 0\ny_mm = 0\nz_mm = 100\nradius_mm = 0.3\n";
+    let (with, without) = (field(&array, effects), field(&array, ""));
+    let at_m = mm(64.0, 0.0, 52.0);
+    let p = |field: &TrueField, at_m: Vec3| field.contributions(at_m).pressures[0];
+    let k = AIR.wavenumber_rad_m(F_HZ);
+    // 80 mm away, back towards the array.
+    let (r_m, cos) = (80e-3, -0.6);
+    let wave = -k * k * 0.3e-3f64.powi(3) / 3.0 * (1.0 - 1.5 * cos);
+    let expected =
+        p(&without, mm(0.0, 0.0, 100.0)) * wave * Complex64::from_polar(1.0 / r_m, k * r_m);
+    let got = p(&with, at_m) - p(&without, at_m);
+    assert!((got - expected).norm() < 0.05 * expected.norm(), "{got} {expected}");
+}
+
+#[test]
+fn crosstalk_reaches_the_field_through_the_neighbours() {
+    let array = Array::square(2, 1, 10.5e-3).expect("not empty");
+    let with = field(&array, "[effects.crosstalk]\ncoefficient = [0.1, 0.2]\n");
+    let mut drive = unfocused(&array);
+    drive.delays_s = vec![Some(0.0), None];
+    let weights = with.weights(&drive.outputs());
+    assert_eq!(weights, [Complex64::ONE, Complex64::new(0.1, 0.2)]);
+}

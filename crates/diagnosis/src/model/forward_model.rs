@@ -41,8 +41,8 @@ pub(crate) struct ForwardModel<'c> {
     speed_ratio: f64,
 }
 
-/// Turn of the phases from one moment to the next at most, rad: half way between two the interpolated mean is short by an eighth of its square,
-/// a thousandth.
+/// Turn of the phases from one moment to the next at most, rad, of which the paths share most: half way between two the interpolated mean is short by an
+/// eighth of the square of the rest.
 const TURN_RAD: f64 = 0.1;
 
 /// Moments at most.
@@ -265,8 +265,15 @@ impl<'c> ForwardModel<'c> {
                 model.pressures_of(&Chain::of(&model, driven, nuisance), driven, &some)
             });
             for ((&i, before), after) in indices.iter().zip(before).zip(after) {
+                // What is common to all paths turns about as that from the array's centre, and is not interpolated.
+                let to_centre_rad = |ratio: f64| {
+                    self.wavenumber_rad_m(driven.believed) * visits[i].at_m.norm() / ratio
+                };
+                let [before_rad, after_rad] =
+                    [moment, moment + 1].map(|edge| to_centre_rad(least + step * edge as f64));
                 let share = (ratios[i] - least) / step - moment as f64;
-                found[i] = Some(before.towards(&after, share));
+                let between = before.turned(-before_rad).towards(&after.turned(-after_rad), share);
+                found[i] = Some(between.turned(to_centre_rad(ratios[i])));
             }
         }
         found.into_iter().map(|pressure| pressure.expect("each has a moment")).collect()

@@ -29,6 +29,15 @@ impl Pressure {
         }
     }
 
+    /// The same with its phase turned.
+    pub fn turned(self, angle_rad: f64) -> Self {
+        Self {
+            coherent: self.coherent * Complex64::cis(angle_rad),
+            speckle_square: self.speckle_square * Complex64::cis(2.0 * angle_rad),
+            ..self
+        }
+    }
+
     /// A pressure between this one and another, a share of the way.
     pub fn towards(&self, other: &Self, share: f64) -> Self {
         Self {

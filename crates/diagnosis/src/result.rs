@@ -25,8 +25,11 @@ pub struct Diagnosis {
     pub simulator: Simulator,
     /// Unit of the readings, as the record gives it.
     pub reading_unit: String,
-    /// Readings taken with the array driven.
+    /// Readings taken with the array driven, without the outliers.
     pub points: usize,
+    /// Readings that stand out from those beside them, and were left out.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub outliers: usize,
     /// The judgement.
     pub verdict: Verdict,
     /// The named cause, one id or several; empty unless the verdict is `explained` or `mostly-explained`.
@@ -73,6 +76,10 @@ pub struct Diagnosis {
     pub sentence: String,
     /// Maps height by height.
     pub planes: Vec<DiagnosedPlane>,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Differences of the phases from the expected ones, the reference's phase and drift taken out. Each counts by the square of its reading over

@@ -170,3 +170,24 @@ fn a_wall_is_told_with_its_place() {
     };
     assert!((Vec3::from_column_slice(value) - normal).norm() < 0.02, "{value:?}");
 }
+
+/// A reading in two hundred is a click of the bench. A pitch that is off is found nonetheless, and how many readings were left out is told.
+#[test]
+fn clicks_are_left_out_and_told() {
+    let mut record = scan().read_waves(67, |element, phase_rad, at| {
+        let centre_m = 1.006 * element.centre_m;
+        let wave = piston(centre_m, Vec3::z(), element.radius_m, at, WAVENUMBER_RAD_M);
+        wave * Complex64::cis(phase_rad)
+    });
+    let largest = record.samples.iter().fold(0.0f64, |most, sample| most.max(sample.reading));
+    let mut clicks = 0;
+    for sample in record.samples.iter_mut().filter(|sample| sample.focus.is_some()).step_by(200) {
+        sample.reading += 0.4 * largest;
+        clicks += 1;
+    }
+    let diagnosis = diagnosed(record);
+    named_alone(&diagnosis, EffectId::Pitch);
+    let found = real(&diagnosis, "pitch.ratio");
+    assert!((found - 1.006).abs() < 5e-4, "{found}");
+    assert_eq!(diagnosis.outliers, clicks, "{}", diagnosis.to_text());
+}

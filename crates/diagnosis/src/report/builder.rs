@@ -94,6 +94,7 @@ impl ReportBuilder<'_> {
             simulator: *simulator,
             reading_unit: scans[0].setup.unit.clone(),
             points: observations.len(),
+            outliers: observations.outliers(),
             verdict: judgement.verdict,
             sentence: Basis {
                 judgement,

@@ -60,10 +60,15 @@ impl Diagnosis {
             Verdict::None => "no gap beyond noise".to_owned(),
         };
         let scans = if self.scans.len() > 1 { self.scans.join(", ") } else { self.scan.clone() };
+        let left_out = match self.outliers {
+            0 => String::new(),
+            1 => " One more stands out from those beside it and is left out.".to_owned(),
+            more => format!(" {more} more stand out from those beside them and are left out."),
+        };
         paragraph(&format!("Verdict: {verdict}."), 0, 2)
             + &paragraph(
                 &format!(
-                    "{scans} against {}: {} readings, noise of one {}.",
+                    "{scans} against {}: {} readings, noise of one {}.{left_out}",
                     self.simulator,
                     self.points,
                     noise(&self.noise, &self.reading_unit)

@@ -118,14 +118,7 @@ impl<'s> Findings<'s> {
         let Prepared { simulator, mut observations, mut context, mut registrations } =
             Prepared::of(scans, options.simulator, !options.amplitude_only)?;
         context.tried.clone_from(&options.effects);
-        let t0 = std::time::Instant::now();
         let scored = scored(&mut observations, &context);
-        eprintln!(
-            "T search {:?} n {} el {}",
-            t0.elapsed(),
-            observations.len(),
-            observations.elements()
-        );
         let base = scored
             .iter()
             .find(|scored| scored.fit.instances.is_empty())
@@ -138,26 +131,10 @@ impl<'s> Findings<'s> {
         };
         let (mut scored, (mut structure, mut judgement)) = (scored.clone(), judged(&scored));
         if judgement.verdict == Verdict::Unexplained && !judgement.too_faint {
-            let t = std::time::Instant::now();
             let mut many = of_many_causes(&scored, &base, &observations, &context);
             many.extend(scored.iter().cloned());
             many.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
             let of_many = judged(&many);
-            if std::env::var_os("FG_JOINT").is_some() {
-                eprintln!("took {:?}", t.elapsed());
-                for m in many.iter().take(6) {
-                    eprintln!(
-                        "{:.1} cost/n {:.4} {:?}",
-                        m.log_evidence,
-                        m.fit.cost / observations.len() as f64,
-                        m.fit.ids().iter().map(|i| i.as_str()).collect::<Vec<_>>()
-                    );
-                }
-                eprintln!("{:?}", of_many.1.verdict);
-                for t in &of_many.0.tests {
-                    eprintln!("{} {:.2} {}", t.name, t.z, t.fails());
-                }
-            }
             if of_many.1.verdict.names_a_cause() {
                 (scored, (structure, judgement)) = (many, of_many);
             }

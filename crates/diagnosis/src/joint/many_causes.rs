@@ -24,20 +24,17 @@ pub(crate) fn of_many_causes(
     observations: &Observations,
     context: &Context,
 ) -> Vec<ScoredModel> {
-    let t = std::time::Instant::now();
     let some = observations.thinned(READINGS_OF_A_SEARCH);
     let starts = [&few[0].fit, &believed.fit];
     let found_from = |from: &Fit| found(from, &some, observations, context);
     let mut best = best_of(starts.into_par_iter().map(found_from).collect()).expect("two starts");
     for _ in 0..JOINT_ROUNDS {
-        eprintln!("T joint {:?} {:?}", t.elapsed(), best.fit.ids());
         best = without_what_adds_nothing(best, observations, context);
         let Some(next) = with_what_has_no_slope(&best, observations, context) else { break };
         // Beside it, others may be asked for that took up its part, or none.
         let again = found_from(&next.fit);
         best = if again.log_evidence > next.log_evidence { again } else { next };
     }
-    eprintln!("T rounds {:?} {:?}", t.elapsed(), best.fit.ids());
     let mut sets = one_less(&best, observations, context);
     sets.extend(with_others_in_place(&best, &some, observations, context));
     best.fit = by_size(best.fit, observations, context);

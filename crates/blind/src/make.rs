@@ -311,6 +311,78 @@ mod tests {
         assert!((power / (2.0 * additive_v * additive_v) - 1.0).abs() < 0.5);
     }
 
+    /// Every reading of many laboratories against the field and the stated noise, each in its own standard deviations.
+    #[test]
+    fn readings_scatter_about_the_field_as_their_laboratory_states() {
+        let (mut along, mut across, mut complex, mut lost, mut wrong) =
+            (Vec::new(), Vec::new(), 0, 0, 0);
+        let worlds = Worlds::Laboratories { ideal: true };
+        for seed in 0..160 {
+            let rng = CounterRng::new(seed);
+            let laboratory =
+                worlds.draw(&Assignment::None, &mut RandomSequence::new(rng.stream("draws")));
+            let (reception, stops) = (laboratory.reception, &laboratory.survey.stops);
+            if stops.len() * laboratory.elements().len() > 50_000 || reception.slow > 0.0 {
+                continue;
+            }
+            let (scan, answer) = one("0000".to_owned(), &Assignment::None, worlds, rng);
+            assert_eq!(
+                (answer.imperfections, scan.setup.phase.is_some()),
+                (None, reception.phase.is_some())
+            );
+            let missing = (stops.len() - scan.samples.len()) as f64;
+            let expected = reception.lost * stops.len() as f64;
+            assert!(
+                (missing - expected).abs() <= 4.0 * expected.sqrt(),
+                "{seed}: {missing} {expected}"
+            );
+            lost += usize::from(missing > 0.0);
+
+            let believed = Believed::new(&laboratory, rng);
+            let none = Causes::none();
+            let world = World::new(&laboratory, &none, believed.volts, rng);
+            let every: Vec<usize> = (0..stops.len()).collect();
+            let phasors = world.phasors_v(&every);
+            let noise = laboratory.noise();
+            let bits = f64::from(reception.bits.unwrap_or(30));
+            let step_v = 1.6 * laboratory.peak_v * (-bits).exp2();
+            let lasts_s = laboratory.survey.lasts_s();
+            for sample in scan.samples.iter().filter(|sample| sample.focus.is_some()) {
+                let n = stops.iter().position(|stop| stop.time_s == sample.time_s).expect("a stop");
+                let level_v = phasors[n].norm();
+                // Near zero a magnitude is not normally distributed, and steps are not noise.
+                if level_v < 8.0 * noise.additive_v.max(step_v) {
+                    continue;
+                }
+                let sigma_v = noise.at_v(level_v).hypot(step_v / 12f64.sqrt());
+                let off = (sample.reading - level_v) / sigma_v;
+                wrong += usize::from(reception.outliers.is_some() && off.abs() > 5.0);
+                along.push(off);
+                let (Some(phase), Some(stated_rad)) = (reception.phase, sample.phase_rad) else {
+                    continue;
+                };
+                complex += 1;
+                let drift_rad = phase.drift_rad * stops[n].time_s / lasts_s;
+                let expected =
+                    phasors[n] * Complex64::from_polar(1.0, phase.offset_rad + drift_rad);
+                let turned = Complex64::from_polar(1.0, phase.convention.turned(stated_rad));
+                let off_rad = (turned * expected.conj()).arg();
+                let across_v = noise.across_v(level_v).expect("a phase");
+                across.push(off_rad * level_v / across_v.hypot(step_v / 12f64.sqrt()));
+            }
+        }
+        assert!(along.len() > 3000 && complex > 500 && lost > 1 && wrong > 2, "{wrong} {lost}");
+        for off in [&mut along, &mut across] {
+            off.iter_mut().for_each(|z| *z = z.abs());
+            off.sort_by(f64::total_cmp);
+            // Of a normal distribution half lies within 0.674 and 95.4 % within 2 standard deviations.
+            let (median, within_two) = (off[off.len() / 2], off.partition_point(|z| *z <= 2.0));
+            let share = within_two as f64 / off.len() as f64;
+            assert!((median / 0.674 - 1.0).abs() < 0.06, "{median}");
+            assert!((0.93..0.97).contains(&share), "{share}");
+        }
+    }
+
     #[test]
     fn a_set_does_not_depend_on_the_number_of_threads() {
         let shares = Shares { pairs: 0.5, unmodelled: 0.5, ..Shares::SINGLE };

@@ -172,7 +172,7 @@ impl TrueField {
         weights
     }
 
-    /// The air at an instant: it changes in steps of [`AIR_STEP_K`].
+    /// The air at an instant: it changes in steps of a few millikelvins.
     pub fn air_at(&self, time_s: f64) -> AirStep {
         let warmer_k: f64 = self.effects.iter().map(|effect| effect.warmer_k(time_s)).sum();
         AirStep((warmer_k / AIR_STEP_K).round() as i64)

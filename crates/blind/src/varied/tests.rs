@@ -29,7 +29,7 @@ fn every_laboratory_can_be_measured_and_all_classes_come() {
         let (low, high) = survey.corners_mm();
         assert!(low.z >= 60.0 && high.z < 1100.0, "{seed}: {low} {high}");
         let used = driven.len() / survey.gap_of_one_in;
-        assert!(used >= 27 && used <= 801, "{seed}: {used}");
+        assert!((27..=801).contains(&used), "{seed}: {used}");
         classes.extend(laboratory.strata.clone());
         laboratory.setup("0000").to_toml().expect("a scan.toml");
     }

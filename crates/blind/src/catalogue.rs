@@ -25,8 +25,8 @@ pub(super) enum Sizes {
     OneOf(Vec<Parameters>),
 }
 
-/// Every id that can be drawn.
-pub(super) const IDS: [&str; 38] = [
+/// Every id that can be drawn. (A level that settles, `warm-up`, is told as a `gain-drift` with its time constants, and is not drawn.)
+pub(super) const IDS: [&str; 37] = [
     "sound-speed",
     "absorption",
     "flow",
@@ -63,7 +63,6 @@ pub(super) const IDS: [&str; 38] = [
     "wall",
     "scatterer",
     "temperature-drift",
-    "warm-up",
     "bowed-array",
 ];
 
@@ -211,12 +210,6 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, random: &mut RandomSequenc
         }
         // A room warms by some kelvins an hour; a closed box with its amplifiers by some tens.
         "temperature-drift" => any(40.0, move |size| one("k_per_h", sign * size)),
-        "warm-up" => {
-            let time_constant_s = random.uniform(0.1, 0.5) * laboratory.survey.lasts_s();
-            any(0.4, move |size| {
-                of([("relative", sign * size), ("time_constant_s", time_constant_s)])
-            })
-        }
         "bowed-array" => {
             // On a board of 60 mm a sag beyond 2 mm would be visible, and it grows with the square of the width.
             let elements = laboratory.elements().elements().iter();

@@ -69,7 +69,7 @@ impl SetToMake {
 
 /// Whether an effect can be a cause of a rig. How much the air warms and the level settles depends on how long a loop lasts.
 fn is_of_rigs(id: &'static str, flies: bool) -> bool {
-    !["temperature-drift", "warm-up"].contains(&id) && (flies || shows_at_rest(id))
+    id != "temperature-drift" && (flies || shows_at_rest(id))
 }
 
 /// Whether an effect shows in the readings of a robot that stands still: a lag does not.

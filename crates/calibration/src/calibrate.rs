@@ -34,6 +34,9 @@ pub enum CalibrationError {
     /// All readings are zero.
     #[error("all readings are zero: was the array driven?")]
     Silent,
+    /// The curvature of the fit is not positive.
+    #[error("the readings do not determine the elements: are all of them at one place?")]
+    Undetermined,
 }
 
 /// What each channel of an array emits.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | choose drives and places | [`design::Design`] |
 //! | take the readings of a recorded scan | [`CodedReadings`] |
-//! | fit | [`calibrate()`], [`linear`] where readings are complex |
+//! | fit | [`calibrate()`], [`linear`] where readings are complex, [`plane`] where they are planes of one or a few drives |
 //! | correct the drive | [`compensation`] |
 //! | check on other readings | [`verification`] |
 //! | hold two calibrations against each other | [`difference`] |
@@ -17,6 +17,7 @@ pub mod difference;
 pub mod limits;
 pub mod linear;
 mod model;
+pub mod plane;
 mod readings;
 mod retrieval;
 pub mod verification;

@@ -43,6 +43,7 @@
 //! | `averaging` | what a reading is the mean of |
 //! | `dark_readings` | quadrature noise and detector floor from readings with the array silent |
 //! | `within_readings` | the same from the scatter of the magnitudes that are averaged into one reading |
+//! | `plane_noise` | noise of a plane without repeats, from what its map holds beyond the wavenumber |
 //! | `rice` | mean magnitude of a noisy level |
 //! | `noise`, `figures`, `agreement` | noise, figures of each height with errors, correlation and residual |
 //! | `comparison`, `registration`, `table` | the result as data, text and CSV |
@@ -67,6 +68,7 @@ mod levels;
 mod levels_table;
 mod noise;
 mod phase_figures;
+mod plane_noise;
 mod plane_phase;
 mod pose;
 mod pose_search;
@@ -96,6 +98,7 @@ pub use comparison::{
 pub use dark_readings::{DarkNoise, DarkReadings, OF_NOISE_ALONE, USUAL_PROPORTIONAL_NOISE};
 pub use gap_reduction::{GapReduction, Gaps, PlaneGaps};
 pub use phase_figures::{EmittedBeside, Hologram, PlanePhase};
+pub use plane_noise::PlaneNoise;
 pub use pose::{Mirror, Pose};
 pub use registration::{
     Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,

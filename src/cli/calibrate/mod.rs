@@ -2,6 +2,7 @@
 
 mod level;
 mod measure;
+mod plane;
 mod record;
 mod text;
 
@@ -21,7 +22,7 @@ use super::trust::Trust;
 use fieldgap_acoustics::{Excitation, Simulation, Simulator, Vec3};
 use fieldgap_calibration::{Calibration, StartOutcome, difference, verification};
 use fieldgap_input::Positive;
-use fieldgap_records::{CalibrationConditions, CalibrationFile, ScanSetup};
+use fieldgap_records::{CalibratedChannel, CalibrationConditions, CalibrationFile, ScanSetup};
 
 /// The `calibrate` command.
 #[derive(Debug, Args)]
@@ -44,6 +45,9 @@ pub(super) struct Calibrate {
     /// An earlier calibration of the array, to be compared
     #[arg(long, value_name = "FILE")]
     earlier: Option<PathBuf>,
+    /// Another record of the array, which the calibration of records is held against
+    #[arg(long, value_name = "RECORD")]
+    check: Option<PathBuf>,
     /// Folder for the records and the calibration file [default: out/NAME-calibration]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -131,7 +135,15 @@ impl Calibrate {
         }
         self.showing.is_possible()?;
         match &self.inputs[..] {
-            [one] if one.is_file() => self.measure(one),
+            [one] if one.is_file() => {
+                if self.check.is_some() {
+                    return Err(miette!(
+                        help = "give --check with a record to be fitted",
+                        "a rig is checked by a scan of its own: --check is for records"
+                    ));
+                }
+                self.measure(one)
+            }
             _ => self.of_records(),
         }
     }
@@ -172,20 +184,43 @@ fn uncalibrated(setup: &ScanSetup, simulator: Simulator) -> Simulation {
     }
 }
 
+/// How a calibration was found.
+struct Summary {
+    readings: usize,
+    noise: f64,
+    residual: f64,
+    speed_of_sound_m_s: f64,
+}
+
 /// The calibration file of a result.
 fn file_of(found: &Calibration, setup: &ScanSetup, hashed: &str) -> CalibrationFile {
+    let summary = Summary {
+        readings: found.used,
+        noise: found.relative_noise,
+        residual: found.residual,
+        speed_of_sound_m_s: setup.medium.medium().speed_of_sound_m_s
+            * (1.0 + found.setting().speed),
+    };
+    file_with(found.channels.clone(), setup, hashed, &summary)
+}
+
+fn file_with(
+    channels: Vec<CalibratedChannel>,
+    setup: &ScanSetup,
+    hashed: &str,
+    summary: &Summary,
+) -> CalibrationFile {
     let hash: String = Sha256::digest(hashed).iter().map(|byte| format!("{byte:02x}")).collect();
-    let speed = setup.medium.medium().speed_of_sound_m_s * (1.0 + found.setting().speed);
     let conditions = CalibrationConditions {
         array: setup.name.clone(),
         measured: setup.recorded,
         setup_sha256: hash,
-        speed_of_sound_m_s: speed,
-        readings: found.used,
-        noise: found.relative_noise,
-        residual: found.residual,
+        speed_of_sound_m_s: summary.speed_of_sound_m_s,
+        readings: summary.readings,
+        noise: summary.noise,
+        residual: summary.residual,
     };
-    CalibrationFile::new(conditions, found.channels.clone())
+    CalibrationFile::new(conditions, channels)
 }
 
 /// Writes a file of the calibration's folder.

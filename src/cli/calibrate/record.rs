@@ -5,9 +5,9 @@ use std::process::ExitCode;
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
 
+use super::plane::{is_of_planes, one_record};
 use super::{Calibrate, CalibrationReport, FILE, file_of, uncalibrated, write};
-use crate::cli::output::fresh_folder;
-use fieldgap_calibration::{CodedReadings, Options, calibrate};
+use fieldgap_calibration::{CodedReadings, Options, calibrate, verification};
 use fieldgap_records::RecordedScan;
 use fieldgap_text::percent;
 
@@ -51,20 +51,24 @@ impl Calibrate {
             }
         }
         let readings = CodedReadings::joined(scans.iter().map(CodedReadings::of));
+        if is_of_planes(&readings) {
+            one_record(&self.inputs)?;
+            return self.of_planes(&scans[0], &readings);
+        }
         let simulation =
             uncalibrated(first, self.simulator(first.array.transducer_file().is_some()));
         let options = Options { seed: self.seed, ..Options::default() };
         let found = calibrate(&simulation, &readings, options).into_diagnostic()?;
         let held_out = held_out(&simulation, &readings, options);
         let file = file_of(&found, first, &first.to_toml().into_diagnostic()?);
-        let folder = self.out.clone();
-        let folder = folder.unwrap_or_else(|| fresh_folder(&format!("{}-calibration", first.name)));
-        std::fs::create_dir_all(&folder).into_diagnostic()?;
+        let folder = self.folder(&first.name)?;
         let path = folder.join(FILE);
         write(&path, file.text())?;
         let mut report = CalibrationReport::of(&found, &readings, first, path);
         report.since_earlier = self.since_earlier(&file)?;
         report.held_out = held_out;
+        let gap = |checked: &CodedReadings| verification::gap(&found, &simulation, checked);
+        report.gap = self.check_of(gap, first)?;
         self.show(&report, &folder)?;
         Ok(ExitCode::SUCCESS)
     }
@@ -78,7 +82,7 @@ fn held_out(
 ) -> Option<HeldOut> {
     let (fitted, kept) = readings.split(|reading| reading.drive % 5 == 4);
     let found = calibrate(simulation, &fitted, Options { more_starts: 0, ..options }).ok()?;
-    let gap = fieldgap_calibration::verification::gap(&found, simulation, &kept);
+    let gap = verification::gap(&found, simulation, &kept);
     (gap.readings > 0).then(|| HeldOut {
         by: "every fifth drive".to_owned(),
         readings: gap.readings,

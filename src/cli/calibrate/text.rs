@@ -171,7 +171,8 @@ pub(super) fn in_words(report: &CalibrationReport) -> String {
     text
 }
 
-fn since(change: &Difference) -> String {
+/// What changed since an earlier calibration.
+pub(super) fn since(change: &Difference) -> String {
     let mut text = format!(
         "\nsince the earlier calibration, {:.1} days: gains changed by {} rms (expected from errors {}), phases by {:.2}° ({:.2}°)\n",
         change.days,

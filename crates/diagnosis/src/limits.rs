@@ -202,7 +202,7 @@ pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
 pub(crate) const FARTHEST_WALL_M: f64 = 0.15;
 
 /// Pairs of reading and element on which walls and objects are compared first, and the readings at least. Set by judgement.
-pub(crate) const PAIRS_OF_STRAY_WAVES: usize = 10_000;
+pub(crate) const PAIRS_OF_STRAY_WAVES: usize = 6000;
 pub(crate) const FEWEST_OF_STRAY_WAVES: usize = 60;
 
 /// Nats beyond the logarithm of their number that the best of thousands of walls or places of an object must gain before one is fitted: the best of so many

@@ -270,7 +270,7 @@ mod tests {
     /// jₗ and yₗ of the recurrences have the Wronskian 1/x².
     #[test]
     fn the_spherical_waves_are_independent_solutions() {
-        for x in [0.3, 2.0, 3.141_592, 11.0] {
+        for x in [0.3, 2.0, std::f64::consts::PI, 11.0] {
             let (j, h) = (regular(8, x), outgoing(8, x));
             for l in 0..8 {
                 let y = |l: usize| h[l].im;

@@ -11,7 +11,7 @@ use crate::limits::{ANOTHER_EFFECT, JOINT_ROUNDS, READINGS_OF_A_SEARCH, WORTH_EX
 use crate::model::effect::{Context, Search};
 use crate::model::observations::Observations;
 use crate::selection::extension::Extension;
-use crate::selection::scored_model::ScoredModel;
+use crate::selection::scored_model::{ScoredModel, is_near};
 
 /// Sets of many effects for readings that the sets of few do not explain, the best first: the best of all, those that explain the readings without one
 /// of its effects, and its parts that lack one. The effects of the best stand in the order of the gaps that they make.
@@ -34,6 +34,10 @@ pub(crate) fn of_many_causes(
         // Beside it, others may be asked for that took up its part, or none.
         let again = found_from(&next.fit);
         best = if again.log_evidence > next.log_evidence { again } else { next };
+    }
+    // What is far from the readings has no rivals.
+    if !is_near(&best.fit, observations) {
+        return vec![best];
     }
     let mut sets = one_less(&best, observations, context);
     sets.extend(with_others_in_place(&best, &some, observations, context));

@@ -37,7 +37,7 @@ const DIRECTIONS: usize = 72;
 const OBJECT_STEPS_M: [f64; 3] = [4e-3, 4e-3, 5e-3];
 
 /// Most places of an object: of a larger field the steps are wider.
-const MOST_PLACES: f64 = 20e3;
+const MOST_PLACES: f64 = 8e3;
 
 impl QuickScores<'_> {
     /// Height, mm, and coefficient of the planes that explain most, as a fit works on them.

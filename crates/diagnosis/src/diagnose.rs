@@ -131,9 +131,7 @@ impl<'s> Findings<'s> {
         };
         let (mut scored, (mut structure, mut judgement)) = (scored.clone(), judged(&scored));
         if judgement.verdict == Verdict::Unexplained && !judgement.too_faint {
-            let mut many = of_many_causes(&scored, &base, &observations, &context);
-            many.extend(scored.iter().cloned());
-            many.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+            let many = of_many_causes(&scored, &base, &observations, &context);
             let of_many = judged(&many);
             if of_many.1.verdict.names_a_cause() {
                 (scored, (structure, judgement)) = (many, of_many);

@@ -71,11 +71,6 @@ impl Effect for LeadScrew {
         (0..3).map(Choice::Law).collect()
     }
 
-    /// Along another axis nothing of it holds.
-    fn carried(&self, values: Vec<f64>, _choice: &Choice) -> Vec<f64> {
-        values
-    }
-
     fn position(&self, at: Setting<'_>, visit: &Visit, at_m: Vec3) -> Vec3 {
         let Choice::Law(axis) = *at.choice else { return at_m };
         let axis = usize::from(axis);

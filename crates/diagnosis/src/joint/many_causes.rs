@@ -13,8 +13,8 @@ use crate::model::observations::Observations;
 use crate::selection::extension::Extension;
 use crate::selection::scored_model::{ScoredModel, is_near};
 
-/// Sets of many effects for readings that the sets of few do not explain, the best first: the best of all, those that explain the readings without one
-/// of its effects, and its parts that lack one. The effects of the best stand in the order of the gaps that they make.
+/// The sets of few effects, which do not explain the readings, and sets of many, the best first: the best of all, those that explain the readings without
+/// one of its effects, and its parts that lack one. The effects of the best of many stand in the order of the gaps that they make.
 ///
 /// The joint fit begins at the best set of few, and at the set-up as believed: the effects that a stepwise search chose first may not be
 /// there.
@@ -35,13 +35,13 @@ pub(crate) fn of_many_causes(
         let again = found_from(&next.fit);
         best = if again.log_evidence > next.log_evidence { again } else { next };
     }
+    let mut sets = few.to_vec();
     // What is far from the readings has no rivals.
-    if !is_near(&best.fit, observations) {
-        return vec![best];
+    if is_near(&best.fit, observations) {
+        sets.extend(one_less(&best, observations, context));
+        sets.extend(with_others_in_place(&best, &some, observations, context));
+        best.fit = by_size(best.fit, observations, context);
     }
-    let mut sets = one_less(&best, observations, context);
-    sets.extend(with_others_in_place(&best, &some, observations, context));
-    best.fit = by_size(best.fit, observations, context);
     sets.push(best);
     sets.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     let mut seen: Vec<Vec<EffectId>> = Vec::new();

@@ -59,6 +59,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         scans: vec!["thesis-focus".to_owned()],
         simulator: Simulator::Corrected,
         reading_unit: "V".to_owned(),
+        outliers: 0,
         points,
         verdict: Verdict::Explained,
         effects: vec![EffectId::SoundSpeed],

@@ -112,8 +112,7 @@ impl<'r> Learnt<'r> {
             return Ok(then(&[], MapSizes { elements: 0.0, diffuse: 0.0 }, &process));
         };
         let field: FoundField<'_> = findings.field();
-        let readings: Vec<f64> = driven().map(|sample| sample.reading).collect();
-        let posterior = Posterior::of(&field, &readings).ok_or_else(not_positive)?;
+        let posterior = Posterior::of(&field, &field.readings()).ok_or_else(not_positive)?;
         let sizes = posterior.sizes();
         let sizes = MapSizes { elements: sizes.elements, diffuse: sizes.diffuse };
         Ok(then(&field.effects(), sizes, &posterior))

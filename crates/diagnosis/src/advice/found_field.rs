@@ -181,14 +181,25 @@ impl<'f> FoundField<'f> {
         unknowns.iter().map(of).collect()
     }
 
-    /// The driven readings of the record, in the order in which they were taken.
+    /// The field at the driven readings of the record, in the order in which they were taken, without those that stand out.
     pub fn at_readings(&self) -> FieldSamples {
+        self.samples(self.observations, &self.as_taken())
+    }
+
+    /// These readings, in the same order.
+    pub fn readings(&self) -> Vec<f64> {
+        let readings = self.observations.readings();
+        self.as_taken().into_iter().map(|index| readings[index]).collect()
+    }
+
+    /// The numbers of the observations, in the order in which they were taken.
+    fn as_taken(&self) -> Vec<usize> {
         let drives = self.observations.scans[0].drives.iter();
         let numbers: Vec<usize> =
             drives.flat_map(|drive| drive.visits.iter().map(|visit| visit.number)).collect();
         let mut order: Vec<usize> = (0..numbers.len()).collect();
         order.sort_unstable_by_key(|&index| numbers[index]);
-        self.samples(self.observations, &order)
+        order
     }
 
     /// Places of a map, in their order, in the middle of the scan. Each drive must have readings.

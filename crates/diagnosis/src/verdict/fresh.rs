@@ -126,7 +126,7 @@ impl<'a> FreshReadings<'a> {
 
 /// The driven readings of `whole` after those that were seen.
 fn after(seen: &Observations, whole: &RecordedScan, simulator: Simulator) -> Observations {
-    let count = seen.len();
+    let count = seen.len() + seen.outliers();
     let mut fresh =
         Observations::of(std::slice::from_ref(whole), simulator, &[Pose::default()], false)
             .part(|_, visit| visit.number >= count);

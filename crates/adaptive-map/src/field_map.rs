@@ -130,7 +130,8 @@ pub fn map(
     prior: MapPrior,
     checks: Option<Checks>,
 ) -> Result<FieldMap, MapError> {
-    let options = Options { simulator: Some(record.setup.simulator), ..Options::default() };
+    let options =
+        Options { simulator: Some(record.setup.simulator), few_causes: true, ..Options::default() };
     let learnt = Learnt::of(record, prior, &options)?;
     let factor = checks.map_or(1.0, |checks| checks.factor);
     let of_map = possible(places);

@@ -202,6 +202,7 @@ impl Mapping {
         let options = Options {
             simulator: Some(self.simulator),
             effects: (!searched).then_some(known),
+            few_causes: true,
             ..Options::default()
         };
         let learnt = Learnt::of(record, self.settings.prior, &options)?;

@@ -17,7 +17,8 @@ pub(crate) struct Searches {
 impl Searches {
     /// For the gap of a simulator.
     pub fn of(simulator: Simulator) -> Self {
-        let options = Options { simulator: Some(simulator), ..Options::default() };
+        let options =
+            Options { simulator: Some(simulator), few_causes: true, ..Options::default() };
         Self { options, last: Mutex::default() }
     }
 

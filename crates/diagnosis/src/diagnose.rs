@@ -42,6 +42,9 @@ pub struct Options {
     pub effects: Option<BTreeSet<EffectId>>,
     /// Whether phases are left out.
     pub amplitude_only: bool,
+    /// Whether sets of more than three effects are left out. A loop goes on measuring where no set of few explains the gap, and all effects at once take
+    /// longer than a round.
+    pub few_causes: bool,
 }
 
 /// Diagnoses one scan, or several of one rig together. The same scans give the same bits.
@@ -130,7 +133,8 @@ impl<'s> Findings<'s> {
             (structure, judgement)
         };
         let (mut scored, (mut structure, mut judgement)) = (scored.clone(), judged(&scored));
-        if judgement.verdict == Verdict::Unexplained && !judgement.too_faint {
+        let many_may_act = !options.few_causes && !judgement.too_faint;
+        if judgement.verdict == Verdict::Unexplained && many_may_act {
             let many = of_many_causes(&scored, &base, &observations, &context);
             let of_many = judged(&many);
             if of_many.1.verdict.names_a_cause() {

@@ -25,7 +25,9 @@ fn found_without(
     truth: &Truth,
 ) -> (ResidualTest, Diagnosis) {
     let effects = EffectId::ALL.iter().copied().filter(|effect| Some(*effect) != lacking);
-    let options = Options { effects: Some(effects.collect()), ..Options::default() };
+    // (That many causes act at once is not in question here.)
+    let options =
+        Options { effects: Some(effects.collect()), few_causes: true, ..Options::default() };
     let scan = scan(&HEIGHTS_MM, truth);
     let diagnosis = diagnose_with(&[scan], &options).expect("readings enough");
     assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.sentence);

@@ -26,15 +26,17 @@ pub(crate) fn of_many_causes(
 ) -> Vec<ScoredModel> {
     let some = observations.thinned(READINGS_OF_A_SEARCH);
     let starts = [&few[0].fit, &believed.fit];
-    let found_from = |from: &Fit| found(from, &some, observations, context);
+    let found_from = |from: &Fit| ScoredModel::of(named(from, &some, context), &some);
     let mut best = best_of(starts.into_par_iter().map(found_from).collect()).expect("two starts");
     for _ in 0..JOINT_ROUNDS {
-        best = without_what_adds_nothing(best, observations, context);
-        let Some(next) = with_what_has_no_slope(&best, observations, context) else { break };
+        best = without_what_adds_nothing(best, &some, context);
+        let Some(next) = with_what_has_no_slope(&best, &some, context) else { break };
         // Beside it, others may be asked for that took up its part, or none.
         let again = found_from(&next.fit);
         best = if again.log_evidence > next.log_evidence { again } else { next };
     }
+    let mut best =
+        without_what_adds_nothing(on_all(best.fit, observations, context), observations, context);
     let mut sets = few.to_vec();
     // What is far from the readings has no rivals.
     if is_near(&best.fit, observations) {
@@ -59,15 +61,9 @@ fn best_of(sets: Vec<ScoredModel>) -> Option<ScoredModel> {
     sets.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
 }
 
-/// What a joint fit to some readings finds from there, fitted to all.
-fn found(
-    from: &Fit,
-    some: &Observations,
-    observations: &Observations,
-    context: &Context,
-) -> ScoredModel {
-    let found = named(from, some, context);
-    ScoredModel::of(refined(found, observations, context, SEARCH, &[]), observations)
+/// A set that was fitted to some readings, fitted to all.
+fn on_all(fit: Fit, observations: &Observations, context: &Context) -> ScoredModel {
+    ScoredModel::of(refined(fit, observations, context, SEARCH, &[]), observations)
 }
 
 /// What explains the readings without one of the effects of a set: all other effects may take its place. (One element's departure hardly can.)
@@ -85,7 +81,8 @@ fn with_others_in_place(
         let others = EffectId::ALL.iter().copied();
         let others = others.filter(|id| *id != excluded && context.tries(*id)).collect();
         let context = Context { tried: Some(others), ..context.clone() };
-        found(&without(&set.fit, number), some, observations, &context)
+        let found = named(&without(&set.fit, number), some, &context);
+        on_all(found, observations, &context)
     });
     without.collect()
 }
@@ -136,10 +133,7 @@ fn one_less(set: &ScoredModel, observations: &Observations, context: &Context) -
     let physical = (0..set.fit.instances.len())
         .into_par_iter()
         .filter(|&number| !set.fit.instances[number].effect.is_defect());
-    let less = physical.map(|number| {
-        let without = without(&set.fit, number);
-        ScoredModel::of(refined(without, observations, context, SEARCH, &[]), observations)
-    });
+    let less = physical.map(|number| on_all(without(&set.fit, number), observations, context));
     less.collect()
 }
 

@@ -67,9 +67,9 @@ impl SetToMake {
     }
 }
 
-/// Whether an effect can be a cause of a rig. How much the air warms and the level settles depends on how long a loop lasts.
+/// Whether an effect can be a cause of a rig. How much the air warms depends on how long a loop lasts, and loops do not look for walls and objects.
 fn is_of_rigs(id: &'static str, flies: bool) -> bool {
-    id != "temperature-drift" && (flies || shows_at_rest(id))
+    !["temperature-drift", "wall", "scatterer"].contains(&id) && (flies || shows_at_rest(id))
 }
 
 /// Whether an effect shows in the readings of a robot that stands still: a lag does not.

@@ -4,8 +4,11 @@ use std::sync::{Mutex, PoisonError};
 
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::Incomparable;
-use fieldgap_diagnosis::{Findings, LiveSets, Options};
+use fieldgap_diagnosis::{EffectId, Findings, LiveSets, Options};
 use fieldgap_records::RecordedScan;
+
+/// Effects that a loop does not look for: every place of a wall or an object would be tried after each round.
+const SOUGHT_LONG: [EffectId; 2] = [EffectId::Wall, EffectId::Scatterer];
 
 /// The searches of one record.
 pub(crate) struct Searches {
@@ -17,8 +20,14 @@ pub(crate) struct Searches {
 impl Searches {
     /// For the gap of a simulator.
     pub fn of(simulator: Simulator) -> Self {
-        let options =
-            Options { simulator: Some(simulator), few_causes: true, ..Options::default() };
+        let effects = EffectId::ALL.iter().copied();
+        let effects = effects.filter(|effect| !SOUGHT_LONG.contains(effect)).collect();
+        let options = Options {
+            simulator: Some(simulator),
+            effects: Some(effects),
+            few_causes: true,
+            ..Options::default()
+        };
         Self { options, last: Mutex::default() }
     }
 

@@ -63,7 +63,9 @@ impl Extension {
             .enumerate()
             .map(|(number, scored)| {
                 let base = Base::of(scored, noise_is_settled, observations, &coarse, context);
-                Base { asks_for_stray_waves: number == 0, ..base }
+                let asks_for_stray_waves =
+                    number == 0 && (base.near || scored.fit.instances.is_empty());
+                Base { asks_for_stray_waves, ..base }
             })
             .collect();
         let rough: Vec<(Extended, Fit)> = sets
@@ -162,7 +164,7 @@ struct Base<'o> {
     near: bool,
     /// Whether a fluctuation of the field may explain the residual.
     may_fluctuate: bool,
-    /// Whether walls and objects are looked for, which takes long: beside the best set alone.
+    /// Whether walls and objects are looked for, which takes long: beside the set-up as believed, and beside the best set if it is near the readings.
     asks_for_stray_waves: bool,
     /// Its cost on the few readings.
     coarse_cost: f64,

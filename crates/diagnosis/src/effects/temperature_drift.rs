@@ -34,7 +34,7 @@ impl Effect for TemperatureDrift {
             stage: Stage::Field,
             timing: Timing::Moment,
             per_element: PerElement::No,
-            mimics: &[EffectId::GainDrift],
+            mimics: &[],
             independent_check: Some(
                 "a thermometer beside the path of sound, read at the beginning and at the end",
             ),

@@ -8,7 +8,7 @@ use std::path::Path;
 use dead_element_rig::{bench, copy, said};
 use fieldgap::acquisition::RigSetup;
 use fieldgap::closed_loop::{End, Inquiry, Purpose, Round, Verification, read_rounds};
-use fieldgap::diagnosis::{Findings, Options, Verdict};
+use fieldgap::diagnosis::{EffectId, Findings, Options, Verdict};
 use fieldgap::input::TomlSource;
 use fieldgap::records::{Plan, RecordedScan};
 use program::fieldgap;
@@ -178,7 +178,15 @@ fn what_the_sets_in_question_leave_unexplained_is_searched_for() {
     let inquiry = Inquiry::new(&plan, &rig, &folder).expect("a loop");
     let decision = inquiry.decide(&plan, &both, &rounds[..2]).expect("a decision");
     let scans = [both];
-    let options = Options { simulator: Some(plan.simulator), ..Options::default() };
+    // A loop does not look for walls and objects, nor for many causes.
+    let effects = EffectId::ALL.iter().copied();
+    let effects = effects.filter(|id| ![EffectId::Wall, EffectId::Scatterer].contains(id));
+    let options = Options {
+        simulator: Some(plan.simulator),
+        effects: Some(effects.collect()),
+        few_causes: true,
+        ..Options::default()
+    };
     let before = RecordedScan { samples: scans[0].samples[..first].to_vec(), ..scans[0].clone() };
     let live = Findings::of(std::slice::from_ref(&before), &options).expect("comparable");
     let updated = Findings::of_live(&scans, &options, &live.live_sets()).expect("comparable");

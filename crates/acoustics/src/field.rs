@@ -357,16 +357,15 @@ impl FieldKernel {
         write: &(impl Fn(&mut O, &Sums, usize) + Sync),
     ) {
         let prepared = Prepared::new(self, by);
-        out.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each_init(
-            || (Sums::default(), Surroundings::default()),
-            |(sums, surroundings), (out, points_m)| {
-                surroundings.set(self, points_m);
-                self.instructions.run(TileSum::<T, C>::new(&prepared, surroundings, sums));
+        out.par_chunks_mut(TILE).zip(points_m.par_chunks(TILE)).for_each(|(out, points_m)| {
+            let surroundings = Surroundings::of(self, points_m);
+            Sums::with_own(|sums| {
+                self.instructions.run(TileSum::<T, C>::new(&prepared, &surroundings, sums));
                 for (point, out) in out.iter_mut().enumerate() {
                     write(out, sums, point);
                 }
-            },
-        );
+            });
+        });
     }
 }
 

@@ -45,30 +45,22 @@ pub(super) struct Surroundings<T> {
     pub near: Vec<Near<T>>,
 }
 
-impl<T: Float> Default for Surroundings<T> {
-    fn default() -> Self {
-        Self { points: 0, steps: [[T::ZERO; ROOM]; 3], near: Vec::new() }
-    }
-}
-
 impl<T: Float> Surroundings<T> {
-    /// Computes all for a kernel's sources and a tile of points.
-    pub fn set(&mut self, kernel: &FieldKernel, points_m: &[Vec3]) {
+    /// A kernel's sources and a tile of points.
+    pub fn of(kernel: &FieldKernel, points_m: &[Vec3]) -> Self {
         let middle_m = middle(points_m);
-        self.points = points_m.len();
+        let mut steps = [[T::ZERO; ROOM]; 3];
         for (n, point_m) in points_m.iter().enumerate() {
             for axis in 0..3 {
-                self.steps[axis][n] = T::of(point_m[axis] - middle_m[axis]);
+                steps[axis][n] = T::of(point_m[axis] - middle_m[axis]);
             }
         }
-        let near = &mut self.near;
         let amplitude = match kernel.on_axis {
             OnAxis::Exponential { amplitude, .. } | OnAxis::Absorbed { amplitude, .. } => amplitude,
             OnAxis::Spherical | OnAxis::Power { .. } => 1.0,
         };
         let components = |vector: Vec3| [T::of(vector.x), T::of(vector.y), T::of(vector.z)];
-        near.clear();
-        near.extend(kernel.sources.iter().map(|source| {
+        let near = kernel.sources.iter().map(|source| {
             let offset_m = middle_m - source.centre_m;
             let rise_m = match kernel.paths {
                 PathLengths::Observed => offset_m.z,
@@ -94,7 +86,8 @@ impl<T: Float> Surroundings<T> {
                     kernel.near_field * kernel.lobes[source.lobes].radius_m.powi(2) / 8.0,
                 ),
             }
-        }));
+        });
+        Self { points: points_m.len(), steps, near: near.collect() }
     }
 }
 

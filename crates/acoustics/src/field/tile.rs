@@ -3,6 +3,7 @@
 //! The points of a bundle of vectors are summed together: every source is added to them before the next bundle begins. Places are
 //! given relative to a point in the middle of the tile, so that single precision spends its digits on differences within the tile.
 
+use std::cell::RefCell;
 use std::f64::consts::PI;
 use std::marker::PhantomData;
 
@@ -367,14 +368,22 @@ pub(super) struct Sums {
     derivatives: [[[f64; ROOM]; 2]; AT_ONCE],
 }
 
-impl Default for Sums {
-    fn default() -> Self {
-        let none = [0.0; ROOM];
-        Self { field: [none; 2], power: none, square: [none; 2], derivatives: [[none; 2]; AT_ONCE] }
-    }
+thread_local! {
+    /// To clear tens of kilobytes for each sum would take longer than to sum at a few points.
+    static OWN: RefCell<Sums> = const { RefCell::new(Sums::ZERO) };
 }
 
 impl Sums {
+    const ZERO: Self = {
+        let none = [0.0; ROOM];
+        Self { field: [none; 2], power: none, square: [none; 2], derivatives: [[none; 2]; AT_ONCE] }
+    };
+
+    /// With the thread's own, which hold what was summed before.
+    pub fn with_own(work: impl FnOnce(&mut Self)) {
+        OWN.with_borrow_mut(work);
+    }
+
     pub fn field(&self, point: usize) -> Complex64 {
         complex(&self.field, point)
     }

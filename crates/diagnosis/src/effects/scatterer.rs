@@ -77,29 +77,21 @@ impl Effect for Scatterer {
         let radius_m = 1e-3 * at.values[3];
         let k = field.wavenumber_rad_m();
         let ball = Ball::of(k * radius_m);
-        let sources: Vec<(Vec3, Vec<Complex64>)> = field
-            .waves_at(&centre_m)
-            .into_iter()
-            .map(|(source_m, pressure)| {
-                let way_m = source_m - centre_m;
-                let distance_m = way_m.norm().max(radius_m);
-                let strength = pressure * distance_m * Complex64::cis(-k * distance_m);
-                let mut weights = outgoing(ball.orders, k * distance_m);
-                weights.iter_mut().zip(&ball.scattered).for_each(|(h, t)| *h *= strength * k * t);
-                (way_m / distance_m, weights)
-            })
-            .collect();
+        let mut sources = Sources::default();
+        for (source_m, pressure) in field.waves_at(&centre_m) {
+            let way_m = source_m - centre_m;
+            let distance_m = way_m.norm().max(radius_m);
+            let strength = pressure * distance_m * Complex64::cis(-k * distance_m);
+            let mut weights = outgoing(ball.orders, k * distance_m);
+            weights.iter_mut().zip(&ball.scattered).for_each(|(h, t)| *h *= strength * k * t);
+            sources.push(way_m / distance_m, &weights);
+        }
+        let mut waves = Vec::with_capacity(ball.orders + 2);
         for (pressure, at_m) in pressures.iter_mut().zip(field.points_m()) {
             let way_m = at_m - centre_m;
             let distance_m = way_m.norm().max(TOUCHED * radius_m).max(1e-6);
-            let direction = way_m / distance_m;
-            let waves = outgoing(ball.orders, k * distance_m);
-            pressure.coherent += sources
-                .iter()
-                .map(|(towards, weights)| {
-                    sum_of_orders(towards.dot(&direction).clamp(-1.0, 1.0), weights, &waves)
-                })
-                .sum::<Complex64>();
+            fill_with_outgoing(&mut waves, ball.orders, k * distance_m);
+            pressure.coherent += sources.scattered_towards(way_m / distance_m, &waves);
         }
     }
 
@@ -146,28 +138,81 @@ impl Ball {
     }
 }
 
-/// Σ aₗ bₗ Pₗ(cos γ), by the recurrence of the Legendre polynomials.
-fn sum_of_orders(cos: f64, a: &[Complex64], b: &[Complex64]) -> Complex64 {
-    let (mut before, mut now) = (0.0, 1.0);
-    let mut sum = Complex64::ZERO;
-    for (l, (a, b)) in a.iter().zip(b).enumerate() {
-        sum += a * b * now;
-        let l = l as f64;
-        (before, now) = (now, ((2.0 * l + 1.0) * cos * now - l * before) / (l + 1.0));
+/// Sources summed at a time: the recurrence of one waits for its order before.
+const LANES: usize = 8;
+
+/// What the ball scatters of the wave of each source.
+#[derive(Default)]
+struct Sources {
+    lanes: Vec<Lanes>,
+    count: usize,
+}
+
+/// Some sources, of which those beyond the last have no weight.
+struct Lanes {
+    /// From the ball to each, along each axis.
+    towards: [[f64; LANES]; 3],
+    /// Real and imaginary parts of the weight of each order.
+    weights: Vec<[[f64; LANES]; 2]>,
+}
+
+impl Sources {
+    /// One more, with the weights of the orders of its scattered wave.
+    fn push(&mut self, towards: Vec3, weights: &[Complex64]) {
+        let lane = self.count % LANES;
+        if lane == 0 {
+            let none = vec![[[0.0; LANES]; 2]; weights.len()];
+            self.lanes.push(Lanes { towards: [[0.0; LANES]; 3], weights: none });
+        }
+        let last = self.lanes.last_mut().expect("one was pushed");
+        (0..3).for_each(|axis| last.towards[axis][lane] = towards[axis]);
+        for (of_order, weight) in last.weights.iter_mut().zip(weights) {
+            [of_order[0][lane], of_order[1][lane]] = [weight.re, weight.im];
+        }
+        self.count += 1;
     }
-    sum
+
+    /// Σ aₗ hₗ Pₗ(cos γ) over orders and sources in a direction, by the recurrence of the Legendre polynomials.
+    fn scattered_towards(&self, direction: Vec3, waves: &[Complex64]) -> Complex64 {
+        let mut sum = [[0.0; LANES]; 2];
+        for Lanes { towards: [x, y, z], weights } in &self.lanes {
+            let cos: [f64; LANES] = std::array::from_fn(|n| {
+                x[n] * direction.x + y[n] * direction.y + z[n] * direction.z
+            });
+            let (mut before, mut now) = ([0.0; LANES], [1.0; LANES]);
+            for (l, ([re, im], wave)) in weights.iter().zip(waves).enumerate() {
+                let of_next = 1.0 / (l as f64 + 1.0);
+                let [by_now, by_before] = [(2 * l + 1) as f64 * of_next, l as f64 * of_next];
+                for n in 0..LANES {
+                    sum[0][n] += now[n] * (re[n] * wave.re - im[n] * wave.im);
+                    sum[1][n] += now[n] * (re[n] * wave.im + im[n] * wave.re);
+                    let next = by_now * cos[n] * now[n] - by_before * before[n];
+                    (before[n], now[n]) = (now[n], next);
+                }
+            }
+        }
+        let [re, im] = sum.map(|lanes| lanes.iter().sum());
+        Complex64::new(re, im)
+    }
 }
 
 /// Outgoing spherical waves hₗ(x) = jₗ + i yₗ of orders 0 to `orders`, upwards, which is stable for them.
 fn outgoing(orders: usize, x: f64) -> Vec<Complex64> {
-    let first = -Complex64::I * Complex64::cis(x) / x;
-    let mut waves = vec![first, first * (1.0 / x - Complex64::I)];
+    let mut waves = Vec::with_capacity(orders + 2);
+    fill_with_outgoing(&mut waves, orders, x);
+    waves
+}
+
+fn fill_with_outgoing(waves: &mut Vec<Complex64>, orders: usize, x: f64) {
+    let per_x = 1.0 / x;
+    let first = -Complex64::I * Complex64::cis(x) * per_x;
+    waves.clear();
+    waves.extend([first, first * (per_x - Complex64::I)]);
     for l in 1..orders {
-        let next = (2 * l + 1) as f64 / x * waves[l] - waves[l - 1];
+        let next = (2 * l + 1) as f64 * per_x * waves[l] - waves[l - 1];
         waves.push(next);
     }
     waves.truncate(orders + 1);
-    waves
 }
 
 /// Regular spherical waves jₗ(x) of orders 0 to `orders`, downwards from far above (J. C. P. Miller's method).

@@ -60,6 +60,8 @@ pub struct Minimum {
     /// Inverse of half the cost's curvature: the covariance of the parameters, if the residuals are independent and of unit variance.
     /// `None` if some combination of parameters does not change the residuals.
     pub covariance: Option<DMatrix<f64>>,
+    /// By how much the cost would fall further in one undamped step, by the last derivatives; zero where they do not say.
+    pub expected_fall: f64,
     /// Number of linearisations, carried ones included.
     pub iterations: usize,
     /// Whether the search ended by [`Stopping::step`] or [`Stopping::fall`] and not by the number of iterations.
@@ -145,11 +147,16 @@ pub fn minimise_from(
         }
     }
     let scales = DVector::from_iterator(parameters.len(), parameters.iter().map(|p| p.scale));
-    let covariance = normal.curvature.clone().cholesky().map(|cholesky| {
+    let cholesky = normal.curvature.clone().cholesky();
+    let expected_fall = cholesky
+        .as_ref()
+        .map_or(0.0, |cholesky| normal.downhill.dot(&cholesky.solve(&normal.downhill)));
+    let covariance = cholesky.map(|cholesky| {
         let scaled = cholesky.inverse();
         scaled.component_mul(&(&scales * scales.transpose()))
     });
-    Minimum { parameters: at, cost: normal.cost, covariance, iterations, converged }
+    let cost = normal.cost;
+    Minimum { parameters: at, cost, covariance, expected_fall, iterations, converged }
 }
 
 impl Linearisation {

@@ -45,6 +45,8 @@ pub(crate) struct Fit {
     pub chi_square: f64,
     /// The cost with the penalties of the priors.
     pub penalised: f64,
+    /// By how much the penalised cost would fall further in one step of the least squares.
+    pub expected_fall: f64,
     /// What is left, by level; `None` where the noise is held, or the fit is not one of these readings.
     pub left: Option<Left>,
     /// Covariance: nuisance first, then the effects' parameters; `None` where some combination changes nothing.
@@ -62,6 +64,7 @@ impl Fit {
             cost: f64::INFINITY,
             chi_square: f64::INFINITY,
             penalised: f64::INFINITY,
+            expected_fall: 0.0,
             left: None,
             covariance: None,
         }
@@ -231,7 +234,7 @@ fn descended(
     let mut kept = None;
     let mut age = 0;
     let at: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
-    let Minimum { parameters, cost: penalised, covariance, .. } = minimise_from(
+    let Minimum { parameters, cost: penalised, covariance, expected_fall, .. } = minimise_from(
         &unknowns,
         stopping,
         problem.linearised_beside(known, &at, &unknowns),
@@ -261,6 +264,7 @@ fn descended(
         cost: residuals.cost(),
         chi_square: residuals.chi_square(),
         penalised: penalised - constant,
+        expected_fall,
         left,
         instances,
         values,

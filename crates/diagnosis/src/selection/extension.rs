@@ -14,7 +14,7 @@ use crate::fit::random_elements::{
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
 use crate::limits::{
     CARRIED, COARSE_READINGS_NEAR, FEW_READINGS, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
-    MOST_ELEMENTS, RIVALS, STUCK,
+    MOST_ELEMENTS, ONE_STEP_SHORT_BY, RIVALS, STUCK,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
@@ -27,6 +27,9 @@ use crate::selection::starts::{Beginning, beginnings, extended};
 /// When a fit to few readings stops, and when the first fit from one of several starts stops.
 const ROUGH: Stopping = Stopping { iterations: 12, step: 5e-2, fall: 1e-4, carried: CARRIED };
 const FIRST_STEPS: Stopping = Stopping { iterations: 4, ..ROUGH };
+
+/// A single step on all readings.
+const ONE_STEP: Stopping = Stopping { iterations: 2, ..SEARCH };
 
 /// The result of extending sets.
 pub(crate) struct Extension {
@@ -97,26 +100,23 @@ impl Extension {
         let least = kept_anyway.min(best_first[0] - GIVEN_UP);
         let (kept, given_up): (Vec<_>, Vec<_>) =
             rough.into_iter().zip(estimates).partition(|(_, estimate)| *estimate >= least);
-        let mut fitted: Vec<ScoredModel> = kept
+        let fitted: Vec<(ScoredModel, bool)> = kept
             .into_par_iter()
-            .map(|((set, fit), _)| {
-                let fit = match share > 1.0 {
-                    true => {
-                        let known = bases[set.number].known();
-                        refined(fit, observations, context, SEARCH, known)
-                    }
-                    false => fit,
-                };
-                ScoredModel::of(fit, observations)
+            .map(|((set, fit), _)| match share > 1.0 {
+                true => bases[set.number].fit_to_all(set.effect, fit, observations, context),
+                false => (ScoredModel::of(fit, observations), false),
             })
             .collect();
         // Rivals are compared by their covariances, which want the derivatives of their own minimum.
-        let all = frontier.iter().chain(&fitted).map(|scored| scored.log_evidence);
-        let least = all.fold(f64::NEG_INFINITY, f64::max) - RIVALS;
-        fitted.par_iter_mut().filter(|scored| scored.log_evidence > least).for_each(|scored| {
-            let again = refined(scored.fit.clone(), observations, context, SEARCH, &[]);
-            *scored = ScoredModel::of(again, observations);
-        });
+        let all = frontier.iter().chain(fitted.iter().map(|(scored, _)| scored));
+        let best = all.map(|scored| scored.log_evidence).fold(f64::NEG_INFINITY, f64::max);
+        let at_minimum = |(scored, adds_nothing): (ScoredModel, bool)| {
+            if adds_nothing || scored.log_evidence <= best - RIVALS {
+                return scored;
+            }
+            ScoredModel::of(refined(scored.fit, observations, context, SEARCH, &[]), observations)
+        };
+        let fitted = fitted.into_par_iter().map(at_minimum).collect();
         Self { fitted, given_up: given_up.into_iter().map(|((set, _), _)| set.ids).collect() }
     }
 }
@@ -272,6 +272,29 @@ impl<'o> Base<'o> {
             .into_iter()
             .chain([best])
             .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))
+    }
+
+    /// A coarse fit with one more effect, fitted to all readings, and whether the effect adds nothing: the fit then ended after one step, and the next would not bring it near.
+    fn fit_to_all(
+        &self,
+        effect: &'static dyn Effect,
+        fit: Fit,
+        observations: &Observations,
+        context: &Context,
+    ) -> (ScoredModel, bool) {
+        let known = self.known();
+        let after = |fit: Fit, stopping: Stopping| {
+            ScoredModel::of(refined(fit, observations, context, stopping, known), observations)
+        };
+        if !self.near || effect.search() == Search::Random {
+            return (after(fit, SEARCH), false);
+        }
+        let first = after(fit, ONE_STEP);
+        let expected = first.log_evidence + 0.5 * first.fit.expected_fall;
+        if expected < self.scored.log_evidence - ONE_STEP_SHORT_BY {
+            return (first, true);
+        }
+        (after(first.fit, SEARCH), false)
     }
 
     /// Whether a fit explains most of the excess but not all: it may be in a local minimum.

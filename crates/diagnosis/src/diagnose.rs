@@ -12,7 +12,7 @@ use crate::advice::outlook::{Outlook, PossibleReading, outlook};
 use crate::effect_id::EffectId;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
-use crate::joint::many_causes::of_many_causes;
+use crate::joint::many_causes::{of_many_causes, ranked, rivals_of_many};
 use crate::limits::{
     ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED,
     NOISE_ROUNDS, READINGS_OF_A_SEARCH,
@@ -135,10 +135,16 @@ impl<'s> Findings<'s> {
         let (mut scored, (mut structure, mut judgement)) = (scored.clone(), judged(&scored));
         let many_may_act = !options.few_causes && !judgement.too_faint;
         if judgement.verdict == Verdict::Unexplained && many_may_act {
-            let many = of_many_causes(&scored, &base, &observations, &context);
-            let of_many = judged(&many);
-            if of_many.1.verdict.names_a_cause() {
-                (scored, (structure, judgement)) = (many, of_many);
+            let many = of_many_causes(&scored[0], &base, &observations, &context);
+            let some = many.map(|many| (ranked(scored.clone(), vec![many.clone()]), many));
+            // Rivals of what explains nothing say nothing.
+            let some = some.filter(|(sets, _)| judged(sets).1.verdict.names_a_cause());
+            if let Some((sets, many)) = some {
+                let sets = ranked(sets, rivals_of_many(&many, &observations, &context));
+                let of_many = judged(&sets);
+                if of_many.1.verdict.names_a_cause() {
+                    (scored, (structure, judgement)) = (sets, of_many);
+                }
             }
         }
         let registration = registrations.swap_remove(0);

@@ -263,6 +263,10 @@ pub(crate) const ROUNDS_OF_WIDTHS: usize = 8;
 /// Rounds in which a set of many effects is extended by what has no slope, and reduced, at most. Set by judgement.
 pub(crate) const JOINT_ROUNDS: usize = 4;
 
+/// Nats that the quadratic form of a fit gives an effect, from which on the readings are not fitted again without it: an effect of a few numbers costs
+/// some five to ten.
+pub(crate) const UNQUESTIONED: f64 = 40.0;
+
 // Residual structure.
 
 /// Standard deviations at which a test for patterns fails: thousands of readings show small flaws of the formulas at three.

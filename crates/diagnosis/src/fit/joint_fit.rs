@@ -1,7 +1,7 @@
 //! A set of effects fitted to the readings, together with the gain and a small shift of each scan.
 
 use fieldgap_acoustics::least_squares::{Minimum, Parameter as Unknown, Stopping, minimise_from};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 use crate::effect_id::EffectId;
@@ -96,6 +96,22 @@ impl Fit {
     pub fn values_of(&self, id: EffectId) -> Option<&[f64]> {
         let mut active = self.instances.iter().zip(&self.values);
         active.find(|(instance, _)| instance.effect.id() == id).map(|(_, values)| values.as_slice())
+    }
+
+    /// Nats of likelihood that one of its effects gains over doing nothing, by the quadratic form of the cost; `None` where the form does not say.
+    pub fn nats_of(&self, number: usize) -> Option<f64> {
+        let range = self.ranges()[number].clone();
+        let Instance { effect, choice } = &self.instances[number];
+        if effect.search() == Search::Random || range.is_empty() {
+            return None;
+        }
+        let neutral = effect.parameters_of(choice).iter().map(|parameter| parameter.neutral);
+        let departures = self.values[number].iter().zip(neutral);
+        let departures = DVector::from_iterator(range.len(), departures.map(|(v, n)| v - n));
+        let covariance = self.covariance.as_ref()?;
+        let own = covariance.view((range.start, range.start), (range.len(), range.len()));
+        let own = own.into_owned().cholesky()?;
+        Some(0.5 * departures.dot(&own.solve(&departures)))
     }
 
     /// How many effects there are, the simulator's own defects not counted.

@@ -7,44 +7,61 @@ use crate::effects::catalogue;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH, fit};
 use crate::joint::widths::{asked_for, joins, relevant, restarted};
-use crate::limits::{ANOTHER_EFFECT, JOINT_ROUNDS, READINGS_OF_A_SEARCH, WORTH_EXTENDING};
+use crate::limits::{
+    ANOTHER_EFFECT, JOINT_ROUNDS, READINGS_OF_A_SEARCH, UNQUESTIONED, WORTH_EXTENDING,
+};
 use crate::model::effect::{Context, Search};
 use crate::model::observations::Observations;
 use crate::selection::extension::Extension;
 use crate::selection::scored_model::{ScoredModel, is_near};
 
-/// The sets of few effects, which do not explain the readings, and sets of many, the best first: the best of all, those that explain the readings without
-/// one of its effects, and its parts that lack one. The effects of the best of many stand in the order of the gaps that they make.
+/// The best set of many effects, where it is near the readings; its effects stand in the order of the gaps that they make.
 ///
 /// The joint fit begins at the best set of few, and at the set-up as believed: the effects that a stepwise search chose first may not be
 /// there.
 pub(crate) fn of_many_causes(
-    few: &[ScoredModel],
+    few: &ScoredModel,
     believed: &ScoredModel,
     observations: &Observations,
     context: &Context,
-) -> Vec<ScoredModel> {
+) -> Option<ScoredModel> {
     let some = observations.thinned(READINGS_OF_A_SEARCH);
-    let starts = [&few[0].fit, &believed.fit];
+    let starts = [&few.fit, &believed.fit];
     let found_from = |from: &Fit| ScoredModel::of(named(from, &some, context), &some);
-    let mut best = best_of(starts.into_par_iter().map(found_from).collect()).expect("two starts");
+    let mut best = best_of(starts.into_par_iter().map(found_from).collect())?;
     for _ in 0..JOINT_ROUNDS {
-        best = without_what_adds_nothing(best, &some, context);
+        if is_near(&best.fit, &some) {
+            best = without_what_adds_nothing(best, &some, context);
+        }
         let Some(next) = with_what_has_no_slope(&best, &some, context) else { break };
         // Beside it, others may be asked for that took up its part, or none.
         let again = found_from(&next.fit);
         best = if again.log_evidence > next.log_evidence { again } else { next };
     }
+    if !is_near(&best.fit, &some) {
+        return None;
+    }
     let mut best =
         without_what_adds_nothing(on_all(best.fit, observations, context), observations, context);
-    let mut sets = few.to_vec();
-    // What is far from the readings has no rivals.
-    if is_near(&best.fit, observations) {
-        sets.extend(one_less(&best, observations, context));
-        sets.extend(with_others_in_place(&best, &some, observations, context));
-        best.fit = by_size(best.fit, observations, context);
-    }
-    sets.push(best);
+    best.fit = by_size(best.fit, observations, context);
+    is_near(&best.fit, observations).then_some(best)
+}
+
+/// The rivals of a set of many effects: those that explain the readings without one of its effects, and its parts that lack one.
+pub(crate) fn rivals_of_many(
+    set: &ScoredModel,
+    observations: &Observations,
+    context: &Context,
+) -> Vec<ScoredModel> {
+    let some = observations.thinned(READINGS_OF_A_SEARCH);
+    let mut rivals = one_less(set, observations, context);
+    rivals.extend(with_others_in_place(set, &some, observations, context));
+    rivals
+}
+
+/// Sets and some more, the best first, each once.
+pub(crate) fn ranked(mut sets: Vec<ScoredModel>, more: Vec<ScoredModel>) -> Vec<ScoredModel> {
+    sets.extend(more);
     sets.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     let mut seen: Vec<Vec<EffectId>> = Vec::new();
     sets.retain(|set| {
@@ -128,11 +145,12 @@ fn without_what_adds_nothing(
     }
 }
 
-/// The sets that lack one effect of this one, each fitted again.
+/// The sets that lack one effect of this one, each fitted again, but for effects that nobody would question.
 fn one_less(set: &ScoredModel, observations: &Observations, context: &Context) -> Vec<ScoredModel> {
-    let physical = (0..set.fit.instances.len())
-        .into_par_iter()
-        .filter(|&number| !set.fit.instances[number].effect.is_defect());
+    let physical = (0..set.fit.instances.len()).into_par_iter().filter(|&number| {
+        !set.fit.instances[number].effect.is_defect()
+            && set.fit.nats_of(number).is_none_or(|nats| nats < UNQUESTIONED)
+    });
     let less = physical.map(|number| on_all(without(&set.fit, number), observations, context));
     less.collect()
 }

@@ -278,7 +278,9 @@ fn leave_out_outliers(
 ) -> bool {
     let pressures = model.pressures(observations, nuisance);
     let residuals = model.residuals(observations, &pressures, nuisance);
-    let outliers = outliers(observations, &residuals.scaled);
+    let levels: Vec<f64> =
+        pressures.iter().flatten().flatten().map(|pressure| pressure.coherent.norm()).collect();
+    let outliers = outliers(observations, &residuals.scaled, &levels);
     if !outliers.is_empty() {
         *observations = observations.part(|scan, visit| !outliers.contains(&(scan, visit.number)));
         for (scan, _) in outliers.iter() {

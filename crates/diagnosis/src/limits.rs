@@ -278,9 +278,10 @@ pub(crate) const SINGLE_CAUSE_LIMIT: f64 = 3.3;
 /// The same for order among departures of elements, which no formula makes: one in four hundred, by either of two tests.
 pub(crate) const ORDER_LIMIT: f64 = 3.0;
 
-/// Rounding error of a converter, in deviations of the noise, from which on the noise does not hide it: steps of a third of the noise
-/// (B. Widrow and I. Kollár, *Quantization Noise*, 2008).
-pub(crate) const ROUNDING_LIMIT: f64 = 0.1;
+/// Rounding error of a converter, in deviations of the noise, from which on the noise does not hide it: that of steps as wide as the noise. Of
+/// finer ones it is one more part of the noise, uniform and of no structure, to better than a millionth (B. Widrow and I. Kollár, *Quantization
+/// Noise*, 2008, chapter 9).
+pub(crate) const ROUNDING_LIMIT: f64 = 0.29;
 
 /// Shortest period of an error along an axis that is looked for, m: about half a wavelength at 40 kHz.
 pub(crate) const SHORTEST_LEAD_M: f64 = 4.5e-3;

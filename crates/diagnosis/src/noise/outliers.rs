@@ -13,22 +13,46 @@ use crate::model::observations::{Observations, ObservedDrive};
 /// Standard deviation of a normal distribution over its median absolute deviation.
 const BY_MEDIAN: f64 = 1.4826;
 
+/// Deviations of all residuals of a scan up to which they are noise but for a few.
+const MOSTLY_NOISE: f64 = 1.3;
+
+/// Fewest readings without neighbours that stand out together, and how far the mean rank of their levels may be from the middle, in its deviations:
+/// what a gap makes of readings far apart lies where the field is loud, or where it is quiet.
+const FEWEST_APART: usize = 3;
+const ANY_LEVEL: f64 = 2.5;
+
 /// Neighbours that are looked at, and those that there must be.
 const MOST_NEIGHBOURS: usize = 12;
 const FEWEST_NEIGHBOURS: usize = 6;
 
-/// The readings, given their residuals in standard deviations of the noise, that stand out: each scan by its number, with the number of the visit. None where many do: the
-/// noise is then not what it seems.
-pub(crate) fn outliers(observations: &Observations, residuals: &[f64]) -> HashSet<(usize, usize)> {
+/// The readings, given their residuals in standard deviations of the noise and their expected levels, that stand out: each scan by its number, with the
+/// number of the visit. None where many do: the noise is then not what it seems.
+///
+/// Readings too far apart to have neighbours stand out of all others of their scan, where these are noise.
+pub(crate) fn outliers(
+    observations: &Observations,
+    residuals: &[f64],
+    levels: &[f64],
+) -> HashSet<(usize, usize)> {
     let mut first = 0;
     let mut found = HashSet::new();
     for (number, scan) in observations.scans.iter().enumerate() {
+        let range = first..first + scan.len();
+        first = range.end;
+        let (residuals, levels) = (&residuals[range.clone()], &levels[range]);
+        let mut neighbours = Vec::with_capacity(residuals.len());
+        let mut indices = Vec::new();
         for drive in &scan.drives {
-            let of_drive = &residuals[first..first + drive.visits.len()];
-            first += drive.visits.len();
-            let standing_out = standing_out(drive, of_drive).into_iter();
-            found.extend(standing_out.map(|index| (number, drive.visits[index].number)));
+            let from = neighbours.len();
+            let of_drive = &residuals[from..from + drive.visits.len()];
+            neighbours.extend(neighbours_of(drive, of_drive));
+            let standing_out = standing_out(of_drive, &neighbours[from..]).into_iter();
+            indices.extend(standing_out.map(|index| from + index));
         }
+        indices.extend(standing_out_alone(residuals, levels, &neighbours));
+        let visits: Vec<usize> =
+            scan.drives.iter().flat_map(|drive| &drive.visits).map(|visit| visit.number).collect();
+        found.extend(indices.into_iter().map(|index| (number, visits[index])));
     }
     match found.len() as f64 > MOST_OUTLIERS * observations.len() as f64 {
         true => HashSet::new(),
@@ -36,32 +60,63 @@ pub(crate) fn outliers(observations: &Observations, residuals: &[f64]) -> HashSe
     }
 }
 
-/// The numbers of the readings of one drive that stand out.
-fn standing_out(drive: &ObservedDrive, residuals: &[f64]) -> Vec<usize> {
+/// The residuals of the readings beside each reading of a drive.
+fn neighbours_of(drive: &ObservedDrive, residuals: &[f64]) -> Vec<Vec<f64>> {
     let wavelength_m = drive.believed.medium.wavelength_m(drive.believed.frequency_hz);
     let near = Near::of(drive, 0.75 * wavelength_m);
-    let beside: Vec<Option<(f64, f64)>> = (0..residuals.len())
-        .map(|index| {
-            let neighbours: Vec<f64> =
-                near.of_visit(drive, index).into_iter().map(|n| residuals[n]).collect();
+    let beside = |index: usize| near.of_visit(drive, index).into_iter().map(|n| residuals[n]);
+    (0..residuals.len()).map(|index| beside(index).collect()).collect()
+}
+
+/// The numbers of the readings of one drive that stand out of those beside them.
+fn standing_out(residuals: &[f64], neighbours: &[Vec<f64>]) -> Vec<usize> {
+    let beside: Vec<Option<(f64, f64)>> = neighbours
+        .iter()
+        .zip(residuals)
+        .map(|(neighbours, residual)| {
             (neighbours.len() >= FEWEST_NEIGHBOURS).then(|| {
                 let middle = median(neighbours.clone());
                 let apart = neighbours.iter().map(|r| (r - middle).abs()).collect();
-                (residuals[index] - middle, BY_MEDIAN * median(apart))
+                (residual - middle, BY_MEDIAN * median(apart))
             })
         })
         .collect();
     let all: Vec<f64> = beside.iter().flatten().map(|(off, _)| off.abs()).collect();
-    if all.is_empty() {
-        return Vec::new();
-    }
-    let usual = BY_MEDIAN * median(all);
+    let usual = if all.is_empty() { f64::INFINITY } else { BY_MEDIAN * median(all) };
     let stands_out = |index: &usize| {
         beside[*index].is_some_and(|(off, among_themselves)| {
             off.abs() > OUTLIER_DEVIATIONS * usual.max(among_themselves).max(1.0)
         })
     };
     (0..residuals.len()).filter(stands_out).collect()
+}
+
+/// The numbers of the readings with few neighbours that stand out of all readings of their scan.
+fn standing_out_alone(
+    residuals: &[f64],
+    levels: &[f64],
+    neighbours: &[Vec<f64>],
+) -> impl Iterator<Item = usize> {
+    let usual = match residuals.is_empty() {
+        true => f64::INFINITY,
+        false => BY_MEDIAN * median(residuals.iter().map(|r| r.abs()).collect()),
+    };
+    let stands_out = |index: &usize| {
+        let few = neighbours[*index].len() < FEWEST_NEIGHBOURS;
+        let shared = neighbours[*index].iter().any(|r| 2.0 * r / residuals[*index] > 1.0);
+        few && !shared && residuals[*index].abs() > OUTLIER_DEVIATIONS * usual.max(1.0)
+    };
+    let found: Vec<usize> = (0..residuals.len()).filter(stands_out).collect();
+    let rank = |index: &usize| {
+        let quieter = levels.iter().filter(|level| **level < levels[*index]).count();
+        quieter as f64 / levels.len() as f64 - 0.5
+    };
+    let count = found.len() as f64;
+    // The mean of ranks is of variance one in twelve of their number.
+    let by_level = found.iter().map(rank).sum::<f64>() / (count / 12.0).sqrt();
+    let accepted =
+        usual < MOSTLY_NOISE && found.len() >= FEWEST_APART && by_level.abs() < ANY_LEVEL;
+    found.into_iter().filter(move |_| accepted)
 }
 
 /// The readings of a drive by where they were taken.
@@ -128,24 +183,49 @@ mod tests {
         visits.iter().map(|visit| gap(&visit.at_m) + noise()).collect()
     }
 
+    fn found(observations: &Observations, residuals: &[f64]) -> HashSet<(usize, usize)> {
+        let levels: Vec<f64> = (0..residuals.len()).map(|n| ((n * 7919) % 900) as f64).collect();
+        outliers(observations, residuals, &levels)
+    }
+
     /// A gap of ten times the noise that varies over a wavelength has none; three clicks in it are found.
     #[test]
     fn clicks_stand_out_of_a_gap_and_a_gap_does_not() {
         let gap = |at_m: &Vec3| 10.0 * (740.0 * at_m.x).sin() * (500.0 * at_m.y).cos();
         let mut with_gap = residuals(gap);
-        assert_eq!(outliers(&plane(), &with_gap), HashSet::new());
+        assert_eq!(found(&plane(), &with_gap), HashSet::new());
         for n in [100, 455, 783] {
             with_gap[n] += 60.0;
         }
         let expected: HashSet<_> = [100, 455, 783].map(|n| (0, n)).into();
-        assert_eq!(outliers(&plane(), &with_gap), expected);
+        assert_eq!(found(&plane(), &with_gap), expected);
     }
 
     #[test]
     fn noise_alone_has_none_and_many_are_none() {
         let mut noise = residuals(|_| 0.0);
-        assert_eq!(outliers(&plane(), &noise), HashSet::new());
+        assert_eq!(found(&plane(), &noise), HashSet::new());
         (0..900).step_by(20).for_each(|n| noise[n] += 30.0);
-        assert_eq!(outliers(&plane(), &noise), HashSet::new());
+        assert_eq!(found(&plane(), &noise), HashSet::new());
+    }
+    /// Of readings a wavelength apart, those that stand out at any level are wrong; those where the field is loudest are a gap.
+    #[test]
+    fn readings_far_apart_stand_out_of_all_others_but_where_the_field_is_loudest() {
+        let at = |n: i32| 9e-3 * f64::from(n) - 0.13;
+        let places = (0..900).map(|n| Vec3::new(at(n % 30), at(n / 30), 0.1)).collect();
+        let sparse = Bench::new().observations(&[(Excitation::Uniform, places)]);
+        let noise = residuals(|_| 0.0);
+        assert_eq!(found(&sparse, &noise), HashSet::new());
+        let mut with_clicks = noise.clone();
+        for n in [100, 455, 458, 783] {
+            with_clicks[n] -= 12.0;
+        }
+        let expected: HashSet<_> = [100, 455, 458, 783].map(|n| (0, n)).into();
+        assert_eq!(found(&sparse, &with_clicks), expected);
+        let loudest: Vec<f64> = with_clicks.iter().map(|r| r.abs()).collect();
+        assert_eq!(outliers(&sparse, &with_clicks, &loudest), HashSet::new());
+        // A gap everywhere is none either.
+        let gap: Vec<f64> = with_clicks.iter().map(|r| 2.0 * r).collect();
+        assert_eq!(found(&sparse, &gap), HashSet::new());
     }
 }

@@ -11,7 +11,7 @@ use super::output::{print, print_json, say};
 use super::record_figures::keep_figures;
 use super::replay::context;
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Registering, Scaling, change, compare};
+use fieldgap_comparison::{Registering, Scaling, change, compare, compare_by_amplitudes};
 use fieldgap_correction::{Corrected, correct_recorded_scan, correct_rig_file};
 use fieldgap_diagnosis::{Diagnosis, Options, diagnose_change, diagnose_with};
 use fieldgap_records::RecordedScan;
@@ -76,6 +76,10 @@ impl Diagnose {
             let page = write_page(out, &self.folders, &scans, &diagnosis, Vec::new())?;
             // Of several scans taken together there are no figures of one record.
             if let ([folder], [scan]) = (self.folders.as_slice(), scans.as_slice()) {
+                let compare = match self.amplitude_only {
+                    true => compare_by_amplitudes,
+                    false => compare,
+                };
                 let compared = compare(scan, diagnosis.simulator, Registering::Auto);
                 let comparison = compared.into_diagnostic()?;
                 keep_figures(folder, scan, &[comparison], Some(&diagnosis), out)?;

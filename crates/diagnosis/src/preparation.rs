@@ -3,6 +3,7 @@
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{
     Incomparable, Pose, Registering, Registration, USUAL_PROPORTIONAL_NOISE, register_scan,
+    register_scan_by_amplitudes,
 };
 use fieldgap_records::RecordedScan;
 
@@ -27,7 +28,11 @@ impl Prepared {
         with_phases: bool,
     ) -> Result<Self, Incomparable> {
         Self::registered(scans, simulator, with_phases, |scan, simulator| {
-            let registration = register_scan(scan, simulator, Registering::Auto)?;
+            let register = match with_phases {
+                true => register_scan,
+                false => register_scan_by_amplitudes,
+            };
+            let registration = register(scan, simulator, Registering::Auto)?;
             let pose = match is_in_other_coordinates(&registration) {
                 true => registration.pose(),
                 false => Pose::default(),

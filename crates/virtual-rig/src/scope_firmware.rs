@@ -269,7 +269,9 @@ mod tests {
             })
             .sum();
         let amplitude_v = sum.norm() * 2.0 / 1200.0;
-        assert!(level_v > 0.1 && (amplitude_v - level_v).abs() < 2e-3, "{amplitude_v} {level_v}");
+        // Every cycle is rounded alike.
+        let rounding_v = 0.2 * scope.step_v();
+        assert!(level_v > 0.1 && (amplitude_v - level_v).abs() < rounding_v, "{amplitude_v}");
     }
 
     /// The second channel shows when the drives' clock is at its crest, so that the two records tell the phase of the field.

@@ -23,7 +23,7 @@ from .diagnosis import Candidate, DiagnosedMap, Diagnosis, Parameter, Remainder,
 from .errors import ArgumentError, FieldgapError, FileError, IncomparableError
 from .field import plane, simulate
 from .plane_map import Map
-from .record import Record, Setup, open
+from .record import Phase, Record, Setup, open
 from .uncertain import Uncertain
 from .volume import Volume, simulate_volume
 
@@ -48,6 +48,7 @@ __all__ = [
     "Map",
     "Medium",
     "Parameter",
+    "Phase",
     "PlaneComparison",
     "Record",
     "Remainder",

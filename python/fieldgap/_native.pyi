@@ -163,6 +163,7 @@ class Record:
         array: Array,
         positions: ArrayLike,
         readings: ArrayLike,
+        reading_phases: Optional[Tuple[ArrayLike, str, str, Optional[float]]],
         foci: Optional[ArrayLike],
         phases: Optional[ArrayLike],
         drives: Optional[ArrayLike],
@@ -200,6 +201,10 @@ class Record:
     def positions(self) -> _Numbers: ...
     @property
     def readings(self) -> _Numbers: ...
+    @property
+    def phase(self) -> Optional[Tuple[str, str, float]]: ...
+    @property
+    def reading_phases(self) -> _Numbers: ...
     @property
     def times(self) -> _Numbers: ...
     @property
@@ -241,9 +246,11 @@ def compare(
     simulator_name: Optional[str] = None,
     register: str = "auto",
     threads: Optional[int] = None,
+    amplitude_only: bool = False,
 ) -> Comparison: ...
 def diagnose(
     records: Sequence[Record],
     simulator_name: Optional[str] = None,
     threads: Optional[int] = None,
+    amplitude_only: bool = False,
 ) -> Diagnosis: ...

@@ -291,6 +291,7 @@ def compare(
     *,
     simulator: Optional[str] = None,
     register: str = "auto",
+    amplitude_only: bool = False,
     threads: Optional[int] = None,
 ) -> Comparison:
     """Registers a recorded scan to a simulation of its set-up and compares the two, height by height.
@@ -303,6 +304,8 @@ def compare(
         As-written, corrected, piston, gaussian, multi-gaussian, rayleigh or transducer; without it that of the scan.
     register : str
         How the scan is aligned: ``"auto"``, ``"pose"``, ``"shift"``, ``"gain-and-shift"``, ``"gain"`` or ``"none"``.
+    amplitude_only : bool
+        Aligns by the amplitudes alone, also where readings have a phase.
     threads : int, optional
         Number of threads; without it all cores.
 
@@ -315,7 +318,7 @@ def compare(
     -----
     The interpreter's lock is released. Ctrl-C ends the call at once; the work that was begun ends in the background.
     """
-    return Comparison(_native.compare(as_record(record)._native, simulator, register, threads))
+    return Comparison(_native.compare(as_record(record)._native, simulator, register, threads, amplitude_only))
 
 
 def _agreement(of_json: Dict[str, Any]) -> Agreement:

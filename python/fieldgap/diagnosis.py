@@ -283,6 +283,7 @@ def diagnose(
     records: Union[Record, str, os.PathLike[str], Sequence[Union[Record, str, os.PathLike[str]]]],
     *,
     simulator: Optional[str] = None,
+    amplitude_only: bool = False,
     threads: Optional[int] = None,
 ) -> Diagnosis:
     """Finds out why a recorded scan and its simulation differ.
@@ -293,6 +294,8 @@ def diagnose(
         One scan, or several of one rig, which are then diagnosed together.
     simulator : str, optional
         The simulator whose gap is in question; without it that of the first scan.
+    amplitude_only : bool
+        Leaves out the phases of readings that have one.
     threads : int, optional
         Number of threads; without it all cores.
 
@@ -307,7 +310,7 @@ def diagnose(
     background.
     """
     native = [record._native for record in as_records(records)]
-    return Diagnosis(_native.diagnose(native, simulator, threads))
+    return Diagnosis(_native.diagnose(native, simulator, threads, amplitude_only))
 
 
 def _candidate(of_json: Dict[str, Any]) -> Candidate:

@@ -26,14 +26,14 @@ class Map:
     y : ndarray, shape (rows,)
         Rows, ascending, m.
     values : ndarray, shape (rows, columns)
-        Readings, in the record's unit; NaN where nothing was measured.
+        Readings, in the record's unit; NaN where nothing was measured. Complex amplitudes in `Record.phasor_maps`.
     """
 
     drive: int
     height: float
     x: NDArray[np.float64]
     y: NDArray[np.float64]
-    values: NDArray[np.float64]
+    values: NDArray[Any]
 
     def to_xarray(self) -> Any:
         """The same as an `xarray.DataArray` with the dimensions y and x, m (needs xarray)."""

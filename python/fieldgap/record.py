@@ -26,6 +26,25 @@ _MOST_DRIVES = 8
 
 
 @dataclass(frozen=True)
+class Phase:
+    """What the phases of readings mean.
+
+    Attributes
+    ----------
+    reference : str
+        ``"drive-sync"``: one unknown constant for the scan; ``"each-drive"``: one for each drive.
+    convention : str
+        ``"exp(-iwt)"`` or ``"exp(+iwt)"``, as the record's files state them. Arrays are in exp(-iωt) always.
+    drift : float
+        Standard uncertainty of the reference's drift over the scan, rad.
+    """
+
+    reference: str
+    convention: str
+    drift: float
+
+
+@dataclass(frozen=True)
 class Setup:
     """The set-up of a recorded scan.
 
@@ -51,6 +70,8 @@ class Setup:
         Focus of each drive, m; None where a drive has none.
     phases : ndarray, shape (drives, elements)
         Phase of each element for each drive, rad.
+    phase : Phase or None
+        What the phases of the readings mean; None where they have none.
     """
 
     name: str
@@ -63,6 +84,7 @@ class Setup:
     simulator: str
     foci: List[Optional[Tuple[float, float, float]]]
     phases: NDArray[np.float64]
+    phase: Optional[Phase] = None
 
 
 class Record:
@@ -98,6 +120,9 @@ class Record:
         simulator: str = "piston",
         unit: str = "V",
         name: str = "from arrays",
+        reference: str = "drive-sync",
+        convention: str = "exp(-iwt)",
+        drift: Optional[float] = None,
     ) -> Record:
         """Makes a record of readings that were taken elsewhere.
 
@@ -108,7 +133,7 @@ class Record:
         positions : array_like, shape (N, 3)
             Place of each reading in the array's coordinates, m.
         readings : array_like, shape (N,)
-            Magnitudes, zero or above, in any unit in proportion to pressure.
+            Magnitudes, zero or above, in any unit in proportion to pressure; or complex amplitudes, whose phases are kept.
         focus : array_like, shape (3,) or (drives, 3), optional
             Focus of each drive, m.
         phases : array_like, shape (N_elements,) or (drives, N_elements), optional
@@ -123,10 +148,17 @@ class Record:
             The simulator that the readings are compared with.
         unit, name : str
             Unit of the readings and name of the record.
+        reference, convention, drift
+            What the phases of complex readings mean, as in `Phase`. Without `drift` it is 0.1 rad.
         """
+        readings = np.asarray(readings)
+        phases_of_readings = None
+        if np.iscomplexobj(readings):
+            phases_of_readings = np.angle(readings), reference, convention, drift
+            readings = np.abs(readings)
         return cls(
             _native.Record.from_arrays(
-                array, positions, readings, _of_drives(focus), _of_drives(phases), drives, times, medium, frequency, simulator, unit, name
+                array, positions, readings, phases_of_readings, _of_drives(focus), _of_drives(phases), drives, times, medium, frequency, simulator, unit, name
             )
         )
 
@@ -155,6 +187,7 @@ class Record:
             simulator=native.simulator,
             foci=native.foci,
             phases=native.phases,
+            phase=None if native.phase is None else Phase(*native.phase),
         )
 
     @property
@@ -166,6 +199,41 @@ class Record:
     def readings(self) -> NDArray[np.float64]:
         """Amplitude of each reading, in the unit `setup.unit`, shape (N,)."""
         return self._native.readings
+
+    @property
+    def reading_phases(self) -> NDArray[np.float64]:
+        """Phase of each reading, rad, in the convention exp(-iωt); NaN where there is none, shape (N,). `setup.phase` says against what."""
+        return self._native.reading_phases
+
+    @property
+    def phasors(self) -> NDArray[np.complex128]:
+        """Complex amplitude of each reading, in the unit `setup.unit` and the convention exp(-iωt); NaN where a phase was lost, shape (N,).
+
+        A field of `fieldgap.simulate` at the same places is in proportion to it, up to the constant of the reference.
+
+        Raises
+        ------
+        FieldgapError
+            If the record has no phases.
+        """
+        if self._native.phase is None:
+            raise FieldgapError(f"the record {self._native.name!r} has amplitudes and no phases")
+        return self.readings * np.exp(1j * self.reading_phases)
+
+    def phasor_maps(self) -> List[Map]:
+        """The maps as complex amplitudes, as `maps` and `phasors`: repeats averaged, NaN where no phase is known."""
+        phasors = self.phasors
+        x, y, z = self.positions.T
+        maps = []
+        for one in self.maps():
+            here = (self.drives == one.drive) & (np.abs(z - one.height) < 1e-4) & ~np.isnan(phasors)
+            row, column = (np.abs(line[:, None] - at[here]).argmin(axis=0) for line, at in ((one.y, y), (one.x, x)))
+            sums, counts = np.zeros(one.values.shape, dtype=complex), np.zeros(one.values.shape)
+            np.add.at(sums, (row, column), phasors[here])
+            np.add.at(counts, (row, column), 1)
+            values = np.divide(sums, counts, out=np.full(sums.shape, complex(np.nan, np.nan)), where=counts > 0)
+            maps.append(Map(one.drive, one.height, one.x, one.y, values))
+        return maps
 
     @property
     def times(self) -> NDArray[np.float64]:
@@ -206,7 +274,7 @@ class Record:
         Parameters
         ----------
         grid : bool
-            False: one dimension, ``sample``, with the variables reading, spread and count and the coordinates x, y, z, time and drive.
+            False: one dimension, ``sample``, with the variables reading, spread, count and, if there are phases, phase, and the coordinates x, y, z, time and drive.
             True: the variable reading on the dimensions ``drive``, ``z``, ``y`` and ``x``, of the planes that have a map; NaN where nothing was
             measured. The planes must have one grid in common.
         """
@@ -219,9 +287,14 @@ class Record:
             return self._gridded(of_reading, attributes)
         x, y, z = self.positions.T
         metres = {"units": "m"}
+        phases = {}
+        if setup.phase is not None:
+            meaning = {"units": "rad", "reference": setup.phase.reference, "convention": "exp(-iwt)"}
+            phases = {"phase": ("sample", self.reading_phases, meaning)}
         return xarray.Dataset(
             {
                 "reading": ("sample", self.readings, of_reading),
+                **phases,
                 "spread": ("sample", self.spreads, {"units": setup.unit}),
                 "count": ("sample", self.counts),
             },

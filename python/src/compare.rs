@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use fieldgap_comparison::{Comparison, Registering, compare as compare_scan};
+use fieldgap_comparison::{
+    Comparison, Registering, compare as compare_scan, compare_by_amplitudes,
+};
 use fieldgap_input::{visible, visible_json};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
@@ -56,20 +58,21 @@ impl PythonComparison {
 
 /// Registers a record to a simulator and compares the two.
 #[pyfunction]
-#[pyo3(signature = (record, simulator_name=None, register="auto", threads=None))]
+#[pyo3(signature = (record, simulator_name=None, register="auto", threads=None, amplitude_only=false))]
 pub fn compare(
     py: Python<'_>,
     record: &Bound<'_, PythonRecord>,
     simulator_name: Option<&str>,
     register: &str,
     threads: Option<usize>,
+    amplitude_only: bool,
 ) -> PyResult<PythonComparison> {
     let scan = Arc::clone(&record.get().scan);
     let simulator = simulator_name.map_or(Ok(scan.setup.simulator), simulator)?;
     let registering = registering(register)?;
-    let comparison =
-        interruptible(py, threads, move || compare_scan(&scan, simulator, registering))?
-            .map_err(|error| incomparable(&error))?;
+    let compared = if amplitude_only { compare_by_amplitudes } else { compare_scan };
+    let comparison = interruptible(py, threads, move || compared(&scan, simulator, registering))?
+        .map_err(|error| incomparable(&error))?;
     Ok(PythonComparison { comparison })
 }
 

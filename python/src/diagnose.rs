@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use fieldgap_diagnosis::{DiagnosedPlane, Diagnosis, diagnose as diagnose_scans};
+use fieldgap_diagnosis::{DiagnosedPlane, Diagnosis, Options, diagnose_with};
 use fieldgap_input::visible;
 use fieldgap_records::RecordedScan;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
@@ -60,19 +60,20 @@ impl PythonDiagnosis {
 
 /// Diagnoses one record, or several of one rig together.
 #[pyfunction]
-#[pyo3(signature = (records, simulator_name=None, threads=None))]
+#[pyo3(signature = (records, simulator_name=None, threads=None, amplitude_only=false))]
 pub fn diagnose(
     py: Python<'_>,
     records: Vec<Bound<'_, PythonRecord>>,
     simulator_name: Option<&str>,
     threads: Option<usize>,
+    amplitude_only: bool,
 ) -> PyResult<PythonDiagnosis> {
     let simulator = simulator_name.map(simulator).transpose()?;
     let scans: Vec<Arc<RecordedScan>> =
         records.iter().map(|record| Arc::clone(&record.get().scan)).collect();
     let work = move || {
         let scans: Vec<RecordedScan> = scans.iter().map(|scan| (**scan).clone()).collect();
-        diagnose_scans(&scans, simulator)
+        diagnose_with(&scans, &Options { simulator, amplitude_only, ..Options::default() })
     };
     let diagnosis = interruptible(py, threads, work)?.map_err(|error| incomparable(&error))?;
     Ok(PythonDiagnosis { diagnosis })

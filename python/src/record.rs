@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use fieldgap_acoustics::Vec3;
 use fieldgap_acoustics::metrics::PlaneMap;
+use fieldgap_input::NonNegative;
 use fieldgap_records::{
-    FocusSection, OFF_LINE_MM, RecordedSample, RecordedScan, SAME_HEIGHT_MM, ScanSetup, plane_map,
+    FocusSection, OFF_LINE_MM, PhaseConvention, PhaseReference, PhaseSection, RecordedSample,
+    RecordedScan, SAME_HEIGHT_MM, ScanSetup, plane_map,
 };
 use jiff::Timestamp;
 use numpy::{
@@ -48,6 +50,7 @@ impl PythonRecord {
         array: &Bound<'_, PythonArray>,
         positions: Triples<'_>,
         readings: Numbers<'_>,
+        reading_phases: Option<(Numbers<'_>, String, String, Option<f64>)>,
         foci: Option<Triples<'_>>,
         phases: Option<PyArrayLike2<'_, f64, AllowTypeChange>>,
         drives: Option<PyArrayLike1<'_, i64, AllowTypeChange>>,
@@ -80,7 +83,18 @@ impl PythonRecord {
             (None, Some(of_file)) => of_file,
             (None, None) => PythonMedium::of_room()?.section,
         };
-        let samples = samples(foci.len(), &positions, &readings, drives.as_ref(), times.as_ref())?;
+        let mut samples =
+            samples(foci.len(), &positions, &readings, drives.as_ref(), times.as_ref())?;
+        let phase = match reading_phases {
+            Some((phases, reference, convention, drift)) => {
+                let phases = numbers("the phases of readings", &phases, samples.len())?;
+                for (sample, phase_rad) in samples.iter_mut().zip(phases) {
+                    *sample = sample.with_phase(Some(phase_rad));
+                }
+                Some(phase_section(&reference, &convention, drift)?)
+            }
+            None => None,
+        };
         let setup = ScanSetup {
             name,
             recorded: Timestamp::now(),
@@ -88,7 +102,7 @@ impl PythonRecord {
             array: array.section_at(frequency_of(frequency, array)?)?,
             medium,
             receiver: None,
-            phase: None,
+            phase,
             simulator: simulator(simulator_name)?,
             foci,
         };
@@ -186,6 +200,25 @@ impl PythonRecord {
         self.each(py, |sample| sample.reading)
     }
 
+    /// Reference, convention and drift of the phases; None where the record has none.
+    #[getter]
+    fn phase(&self) -> Option<(&'static str, &'static str, f64)> {
+        self.scan.setup.phase.map(|phase| {
+            let (reference, convention) = phase.named();
+            (reference, convention, phase.drift_u_rad())
+        })
+    }
+
+    /// Phase of each reading in the convention exp(-iωt), rad; NaN where there is none.
+    #[getter]
+    fn reading_phases<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let convention = self.scan.setup.phase.map(|phase| phase.convention);
+        self.each(py, |sample| {
+            let turned = convention.zip(sample.phase_rad);
+            turned.map_or(f64::NAN, |(convention, phase_rad)| convention.turned(phase_rad))
+        })
+    }
+
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.each(py, |sample| sample.time_s)
@@ -233,6 +266,31 @@ impl PythonRecord {
     ) -> Bound<'py, PyArray1<T>> {
         PyArray1::from_iter(py, self.scan.samples.iter().map(number))
     }
+}
+
+/// What phases mean, by the words of a scan.toml.
+fn phase_section(reference: &str, convention: &str, drift: Option<f64>) -> PyResult<PhaseSection> {
+    let reference = match reference {
+        "drive-sync" => PhaseReference::DriveSync,
+        "each-drive" => PhaseReference::EachDrive,
+        other => {
+            return Err(argument_error(format!(
+                "there is no reference `{other}`; choose drive-sync or each-drive"
+            )));
+        }
+    };
+    let convention =
+        convention.parse::<PhaseConvention>().map_err(|error| argument_error(error.to_string()))?;
+    let drift_u_rad = drift
+        .map(|drift| {
+            NonNegative::new(drift).map_err(|_| {
+                argument_error(format!(
+                    "drift is {drift}; it is an uncertainty in rad, zero or above"
+                ))
+            })
+        })
+        .transpose()?;
+    Ok(PhaseSection { drift_u_rad, reference, ..PhaseSection::of_drive_sync(convention) })
 }
 
 fn arrays<'py>(py: Python<'py>, map: &PlaneMap) -> PyResult<MapArrays<'py>> {

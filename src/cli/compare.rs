@@ -10,7 +10,10 @@ use super::diagnose::context_of_all;
 use super::gap::GapLimit;
 use super::output::{print, print_json, say};
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Aligning, Change, Comparison, Registering, Scaling, aligned_change};
+use fieldgap_comparison::{
+    Aligning, Change, Comparison, Registering, Scaling, aligned_change, compare,
+    compare_by_amplitudes,
+};
 use fieldgap_diagnosis::ChangeDiagnosis;
 use fieldgap_records::{Plan, RecordedScan};
 
@@ -24,6 +27,9 @@ pub(super) struct ComparisonArgs {
     /// compared as read]
     #[arg(long, value_enum)]
     register: Option<Register>,
+    /// Align by the amplitudes alone, also where readings have a phase
+    #[arg(long)]
+    amplitude_only: bool,
     /// Print every column of the table, wider than 80 characters
     #[arg(long)]
     wide: bool,
@@ -65,7 +71,7 @@ pub(super) struct Compare {
     /// Folder of the recorded scan
     folder: PathBuf,
     /// Folder of another record of the same field: what changed from the first to it [default: the scan is compared with its simulation]
-    #[arg(conflicts_with_all = ["simulator", "wide"])]
+    #[arg(conflicts_with_all = ["simulator", "wide", "amplitude_only"])]
     other: Option<PathBuf>,
     #[command(flatten)]
     comparison: ComparisonArgs,
@@ -188,12 +194,12 @@ impl ComparisonArgs {
         scan: &RecordedScan,
         simulator: Simulator,
     ) -> miette::Result<Comparison> {
-        fieldgap_comparison::compare(
-            scan,
-            simulator,
-            self.register.unwrap_or(Register::Auto).into(),
-        )
-        .into_diagnostic()
+        let compare = match self.amplitude_only {
+            true => compare_by_amplitudes,
+            false => compare,
+        };
+        let registering = self.register.unwrap_or(Register::Auto).into();
+        compare(scan, simulator, registering).into_diagnostic()
     }
 
     /// The requested simulators; by default that of the scan, and further ones named in its plan.

@@ -11,9 +11,11 @@ use super::output::{print, print_json, say};
 use super::record_figures::keep_figures;
 use super::replay::context;
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::{Registering, Scaling, change, compare};
+use fieldgap_comparison::{Registering, Scaling, change, compare, compare_by_amplitudes};
 use fieldgap_correction::{Corrected, correct_recorded_scan, correct_rig_file};
-use fieldgap_diagnosis::{Diagnosis, Options, diagnose_change, diagnose_with};
+use fieldgap_diagnosis::{
+    Diagnosis, Options, diagnose_change, diagnose_change_by_amplitudes, diagnose_with,
+};
 use fieldgap_records::RecordedScan;
 use fieldgap_report::ReportContext;
 
@@ -44,7 +46,7 @@ pub(super) struct Diagnose {
     #[arg(long, conflicts_with = "apply")]
     change: bool,
     /// Leave out the phases of readings that have one
-    #[arg(long, conflicts_with = "change")]
+    #[arg(long)]
     amplitude_only: bool,
     /// Print the diagnosis as JSON
     #[arg(long)]
@@ -76,6 +78,10 @@ impl Diagnose {
             let page = write_page(out, &self.folders, &scans, &diagnosis, Vec::new())?;
             // Of several scans taken together there are no figures of one record.
             if let ([folder], [scan]) = (self.folders.as_slice(), scans.as_slice()) {
+                let compare = match self.amplitude_only {
+                    true => compare_by_amplitudes,
+                    false => compare,
+                };
                 let compared = compare(scan, diagnosis.simulator, Registering::Auto);
                 let comparison = compared.into_diagnostic()?;
                 keep_figures(folder, scan, &[comparison], Some(&diagnosis), out)?;
@@ -105,7 +111,11 @@ impl Diagnose {
                 scans.len()
             ));
         };
-        let diagnosis = diagnose_change(a, b, self.simulator).into_diagnostic()?;
+        let diagnose = match self.amplitude_only {
+            true => diagnose_change_by_amplitudes,
+            false => diagnose_change,
+        };
+        let diagnosis = diagnose(a, b, self.simulator).into_diagnostic()?;
         if self.json {
             print_json(&diagnosis)?;
         } else {

@@ -260,6 +260,7 @@ fn registration() -> Registration {
         receiver_face_m: None,
         tried: Vec::new(),
         undetermined: Vec::<UndeterminedCombination>::new(),
+        phases: None,
     }
 }
 

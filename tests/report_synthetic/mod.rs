@@ -266,5 +266,6 @@ fn registration(overall: Agreement) -> Registration {
             explanation: "a scan 1 mm higher with steps 0.8 % longer would look the same."
                 .to_owned(),
         }],
+        phases: None,
     }
 }

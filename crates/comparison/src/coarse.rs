@@ -286,12 +286,7 @@ fn levels(readings: &Readings) -> Vec<Level<'_>> {
         .filter_map(|n| all.iter().nth(n * all.len() / count))
         .map(|((number, _), indices)| {
             let drive: &Drive = &readings.drives()[*number];
-            let here = Readings::from_drives(vec![Drive {
-                positions_m: indices.iter().map(|&i| drive.positions_m[i]).collect(),
-                readings: indices.iter().map(|&i| drive.readings[i]).collect(),
-                ..drive.clone()
-            }])
-            .thinned(wanted);
+            let here = readings.with_drives(vec![drive.only(indices)]).thinned(wanted);
             let positions_m = here.positions_m();
             let z_m = positions_m.iter().map(|p| p.z).sum::<f64>() / positions_m.len() as f64;
             Level { simulation: &drive.simulation, z_m, positions_m, readings: here.values() }

@@ -103,7 +103,7 @@ pub enum Incomparable {
     },
 }
 
-/// Registers a scan to a simulator and compares the two. The same scan gives the same bits.
+/// Registers a scan to a simulator and compares the two. The same scan gives the same bits. Phases are registered with the amplitudes, where a scan has them.
 ///
 /// # Errors
 /// [`Incomparable`] if there is nothing to compare.
@@ -112,7 +112,28 @@ pub fn compare(
     simulator: Simulator,
     registering: Registering,
 ) -> Result<Comparison, Incomparable> {
-    let readings = Readings::of(scan, simulator);
+    compared(scan, simulator, registering, true)
+}
+
+/// As [`compare`], with the amplitudes registered alone.
+///
+/// # Errors
+/// [`Incomparable`] if there is nothing to compare.
+pub fn compare_by_amplitudes(
+    scan: &RecordedScan,
+    simulator: Simulator,
+    registering: Registering,
+) -> Result<Comparison, Incomparable> {
+    compared(scan, simulator, registering, false)
+}
+
+fn compared(
+    scan: &RecordedScan,
+    simulator: Simulator,
+    registering: Registering,
+    use_phases: bool,
+) -> Result<Comparison, Incomparable> {
+    let readings = Readings::of(scan, simulator, use_phases);
     comparable(scan, &readings)?;
     let name = || scan.setup.name.clone();
     let Registered { registration, fit } = register(&readings, registering);
@@ -158,7 +179,8 @@ pub fn compare(
     Ok(comparison)
 }
 
-/// Registers a scan to a simulator without comparing the two. The same scan gives the same bits.
+/// Registers a scan to a simulator without comparing the two. The same scan gives the same bits. Phases are registered with the amplitudes, where a scan
+/// has them.
 ///
 /// # Errors
 /// [`Incomparable`] if the scan has too few driven readings, or readings or simulation are zero everywhere.
@@ -167,7 +189,28 @@ pub fn register_scan(
     simulator: Simulator,
     registering: Registering,
 ) -> Result<Registration, Incomparable> {
-    let readings = Readings::of(scan, simulator);
+    registered(scan, simulator, registering, true)
+}
+
+/// As [`register_scan`], by the amplitudes alone.
+///
+/// # Errors
+/// [`Incomparable`] if the scan has too few driven readings, or readings or simulation are zero everywhere.
+pub fn register_scan_by_amplitudes(
+    scan: &RecordedScan,
+    simulator: Simulator,
+    registering: Registering,
+) -> Result<Registration, Incomparable> {
+    registered(scan, simulator, registering, false)
+}
+
+fn registered(
+    scan: &RecordedScan,
+    simulator: Simulator,
+    registering: Registering,
+    use_phases: bool,
+) -> Result<Registration, Incomparable> {
+    let readings = Readings::of(scan, simulator, use_phases);
     comparable(scan, &readings)?;
     Ok(register(&readings, registering).registration)
 }
@@ -211,7 +254,7 @@ fn comparable(scan: &RecordedScan, readings: &Readings) -> Result<(), Incomparab
     if wavelengths > MOST_WAVELENGTHS {
         return Err(Incomparable::TooFine { name: name(), wavelengths });
     }
-    if readings.simulate(&Pose::default()).iter().all(|magnitude| *magnitude == 0.0) {
+    if readings.simulate(&Pose::default()).magnitudes.iter().all(|magnitude| *magnitude == 0.0) {
         return Err(Incomparable::NothingSimulated(name()));
     }
     Ok(())

@@ -9,7 +9,8 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::agreement::rms;
-use super::readings::Readings;
+use super::phase_fit::{PhaseResiduals, Scatter};
+use super::readings::{Readings, Slope};
 use super::refine::{Fit, PoseParameter, derivatives, matrix, project_out, residual};
 use super::registration::UndeterminedCombination;
 use super::standard_errors::Blocks;
@@ -66,35 +67,64 @@ fn in_words(name: &str, change: f64) -> String {
 pub fn identifiability(readings: &Readings, fit: &Fit, free: &[PoseParameter]) -> Identifiability {
     let values = readings.values();
     let gradient = readings.simulate_gradient(&fit.pose);
-    let mut columns = derivatives(readings, &fit.pose, &gradient, free);
+    let mut slopes = derivatives(readings, &fit.pose, &gradient, free);
     let mut names: Vec<&str> = free.iter().map(|parameter| parameter.name()).collect();
     let mut typical: Vec<f64> = free.iter().map(|parameter| typical_error(*parameter)).collect();
-    let residual = residual(&fit.simulated, &values, fit.gain);
+    let sigma = fit.sigma(&values);
+    let phases = fit.phases.as_ref().and_then(|phases| {
+        let scatter = Scatter { sigma, noise_rad: phases.noise_rad, factor: 1.0 };
+        PhaseResiduals::of(readings, &gradient.at, scatter)
+    });
+    let priors = phases.as_ref().map_or(0, |phases| phases.scaled.len() - values.len());
+
+    // Rows of the readings in their unit, then of the phases and the reference's drift in that of the same residual.
+    let of_phases = |slope: &Slope| -> Vec<f64> {
+        let rows = phases.iter().flat_map(|phases| phases.derivatives(&slope.phases));
+        rows.map(|row| -row * sigma).collect()
+    };
+    let of_slope = |slope: &Slope| -> Vec<f64> {
+        slope.magnitudes.iter().map(|d| d * fit.gain).chain(of_phases(slope)).collect()
+    };
+    let of_phase_residuals = phases.iter().flat_map(|phases| {
+        let of_reference = std::iter::repeat_n(sigma, priors);
+        phases.scaled[..values.len()].iter().map(|r| r * sigma).chain(of_reference)
+    });
+    let residual: Vec<f64> =
+        residual(&fit.simulated, &values, fit.gain).into_iter().chain(of_phase_residuals).collect();
+    let mut blocks = Blocks::of(readings);
+    if phases.is_some() {
+        blocks = blocks.and_of_phases(priors);
+    }
 
     // Standard errors, the gain being one of the coefficients.
-    let mut of_readings: Vec<Vec<f64>> = vec![fit.simulated.clone()];
-    of_readings.extend(columns.iter().map(|c| c.iter().map(|d| d * fit.gain).collect()));
-    let covariance = Blocks::of(readings).covariance(&matrix(&of_readings), &residual);
+    let mut of_gain = fit.simulated.clone();
+    of_gain.resize(residual.len(), 0.0);
+    let mut of_readings: Vec<Vec<f64>> = vec![of_gain];
+    of_readings.extend(slopes.iter().map(of_slope));
+    let covariance = blocks.covariance(&matrix(&of_readings), &residual);
     let mut variances: Vec<f64> = (0..covariance.nrows()).map(|i| covariance[(i, i)]).collect();
 
     if free.contains(&PoseParameter::Step) {
         let pitch = readings.simulate_pitch(&fit.pose);
-        let of_pitch: Vec<f64> = pitch.iter().map(|d| d * fit.gain).collect();
-        if let Some(followed) = pitch_variances(&of_readings, &of_pitch) {
+        if let Some(followed) = pitch_variances(&of_readings, &of_slope(&pitch)) {
             variances.iter_mut().zip(followed).for_each(|(variance, more)| *variance += more);
         }
-        columns.push(pitch);
+        slopes.push(pitch);
         names.push(ARRAY_PITCH);
         typical.push(TYPICAL_STRETCH);
     }
     let gain_error = variances.remove(0).sqrt();
     let errors = variances.into_iter().map(f64::sqrt).collect();
 
-    let per_scan = fit.gain / (rms(values.iter().copied()) * (values.len() as f64).sqrt());
-    for (column, scale) in columns.iter_mut().zip(&typical) {
-        project_out(&fit.simulated, column);
-        column.iter_mut().for_each(|entry| *entry *= scale * per_scan);
-    }
+    let per_scan = 1.0 / (rms(values.iter().copied()) * (values.len() as f64).sqrt());
+    let columns: Vec<Vec<f64>> = slopes
+        .into_iter()
+        .zip(&typical)
+        .map(|(mut slope, scale)| {
+            project_out(&fit.simulated, &mut slope.magnitudes);
+            of_slope(&slope).into_iter().map(|entry| entry * scale * per_scan).collect()
+        })
+        .collect();
     let undetermined = if columns.is_empty() {
         Vec::new()
     } else {

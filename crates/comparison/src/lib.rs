@@ -38,6 +38,7 @@
 //! | `coarse`, `pose_search` | the search for a pose without a start value: a coarse grid, then rounds of refinement |
 //! | `shift_search` | the search for a shift of any size, which is reported and left in the gap |
 //! | `refine` | the least-squares fit of a [`Pose`], with the gain solved for at each step |
+//! | `phase_fit` | phases in that fit, with the reference's constant and drift |
 //! | `receiver_face` | a gain that falls with the angle of arrival, where this explains what a pose cannot |
 //! | `identifiability`, `standard_errors` | which parameters the readings determine, and how well |
 //! | `averaging` | what a reading is the mean of |
@@ -68,6 +69,7 @@ mod levels;
 mod levels_table;
 mod noise;
 mod phase_figures;
+mod phase_fit;
 mod plane_noise;
 mod plane_phase;
 mod pose;
@@ -90,7 +92,9 @@ pub use change::{
     Aligning, Alignment, Change, ChangeFigures, Condition, HeightChange, NoChange, PlaceChange,
     Scaling, aligned_change, change,
 };
-pub use compare::{Incomparable, compare, register_scan};
+pub use compare::{
+    Incomparable, compare, compare_by_amplitudes, register_scan, register_scan_by_amplitudes,
+};
 pub use comparison::{
     Agreement, ComparedMap, Comparison, Discrepancy, FieldFigures, FocalRadiusFigure, Levels,
     Noise, NoiseSource, PeakLevel, PlaneComparison, PlaneLevels, Uncertain,
@@ -101,7 +105,7 @@ pub use phase_figures::{EmittedBeside, Hologram, PlanePhase};
 pub use plane_noise::PlaneNoise;
 pub use pose::{Mirror, Pose};
 pub use registration::{
-    Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
+    Estimate, PhasesUsed, Registering, Registration, TriedRegistration, UndeterminedCombination,
 };
 pub use rice::{lost_in_noise, rice_mean};
 pub use simulated_readings::simulated_readings;

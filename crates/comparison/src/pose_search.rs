@@ -136,7 +136,7 @@ pub struct Found {
     pub best: Fit,
     /// The best of the other handedness, refined on some thousands of readings, if there was one in that round.
     pub other_handedness: Option<Fit>,
-    /// The residual ratio of the best pose on the same readings.
+    /// The misfit of the best pose on the same readings.
     pub best_in_that_round: f64,
 }
 
@@ -152,7 +152,7 @@ pub fn find_pose(readings: &Readings) -> Option<Found> {
             .take(round.entering)
             .map(|start| refine(&some, *start, &search_about(start, round.iterations)))
             .collect();
-        fits.sort_by(|a, b| a.residual_ratio.total_cmp(&b.residual_ratio));
+        fits.sort_by(|a, b| a.misfit().total_cmp(&b.misfit()));
         prefer_plain(&mut fits);
         starts = keep_both_hands(&fits, ROUNDS[1].entering);
         rounds.push(fits);
@@ -161,7 +161,7 @@ pub fn find_pose(readings: &Readings) -> Option<Found> {
     let (then, best) = (second.first()?, Fit::at(readings, last.first()?.pose));
     let mirrored = |fit: &Fit| fit.pose.mirror != Mirror::None;
     let other = second.iter().find(|fit| mirrored(fit) != mirrored(&best)).cloned();
-    Some(Found { best_in_that_round: then.residual_ratio, other_handedness: other, best })
+    Some(Found { best_in_that_round: then.misfit(), other_handedness: other, best })
 }
 
 /// All five parameters, with what is known of a pose in this orientation.
@@ -180,13 +180,13 @@ fn search_about(start: &Pose, iterations: usize) -> Search {
 /// Moves the simplest of those that are as good as the best to the front.
 fn prefer_plain(sorted: &mut [Fit]) {
     let Some(best) = sorted.first() else { return };
-    let limit = best.residual_ratio * (1.0 + AS_GOOD).sqrt();
+    let limit = best.misfit() * (1.0 + AS_GOOD).sqrt();
     let plain = |fit: &Fit| {
         let mirrored = u8::from(fit.pose.mirror != Mirror::None);
         let quarters = (fit.pose.turn_rad / FRAC_PI_2).round().abs() as u8;
         mirrored + quarters
     };
-    let as_good = sorted.iter().take_while(|fit| fit.residual_ratio <= limit).count();
+    let as_good = sorted.iter().take_while(|fit| fit.misfit() <= limit).count();
     let plainest = (0..as_good).min_by_key(|&index| plain(&sorted[index]));
     if let Some(index) = plainest {
         sorted[..=index].rotate_right(1);
@@ -222,7 +222,13 @@ mod tests {
             simulator: Simulator::Piston,
         };
         let readings = vec![1.0; positions_m.len()];
-        Readings::from_drives(vec![Drive { focus: 0, simulation, positions_m, readings }])
+        Readings::from_drives(vec![Drive {
+            focus: 0,
+            simulation,
+            positions_m,
+            readings,
+            phases: Vec::new(),
+        }])
     }
 
     fn plane(columns: usize, rows: usize, step_m: f64) -> Readings {

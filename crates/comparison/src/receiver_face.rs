@@ -74,7 +74,7 @@ pub fn with_receiver_face(readings: &Readings, face_radius_m: f64) -> Readings {
         simulation: simulation_with_receiver_face(&drive.simulation, face_radius_m),
         ..drive.clone()
     });
-    Readings::from_drives(drives.collect())
+    readings.with_drives(drives.collect())
 }
 
 /// A simulation for a receiver with a face of that radius.
@@ -130,7 +130,13 @@ mod tests {
             .iter()
             .map(|at| 7.0 * reading(simulation.array.elements(), k, receiver_m, *at))
             .collect();
-        Readings::from_drives(vec![Drive { focus: 0, simulation, positions_m, readings }])
+        Readings::from_drives(vec![Drive {
+            focus: 0,
+            simulation,
+            positions_m,
+            readings,
+            phases: Vec::new(),
+        }])
     }
 
     #[test]

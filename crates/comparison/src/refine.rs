@@ -3,12 +3,16 @@
 //! The gain is linear and is solved for at each pose, so that only the pose is searched (variable projection in
 //! Kaufman's approximation, BIT 15, 49, 1975). All five derivatives follow from the gradient of the simulated field
 //! by the chain rule: four evaluations of the field a step, whatever is free.
+//!
+//! Where readings have phases, the amplitudes alone are fitted first, since a pose half a wavelength off has phases without meaning. From there both
+//! are fitted ([`PhaseResiduals`]), and the noise of a phase is judged anew after each round.
 
 use nalgebra::DMatrix;
 
 use super::agreement::{best_gain, correlation, rms};
+use super::phase_fit::{FittedPhases, PhaseResiduals, Scatter};
 use super::pose::Pose;
-use super::readings::{Readings, SimulatedGradient};
+use super::readings::{Readings, Simulated, SimulatedGradient, Slope};
 use super::standard_errors::Blocks;
 use fieldgap_acoustics::least_squares::dot;
 use fieldgap_acoustics::least_squares::{Linearisation, Parameter, Stopping, minimise};
@@ -96,39 +100,79 @@ pub struct Fit {
     pub simulated: Vec<f64>,
     /// Pearson's correlation with the readings.
     pub correlation: f64,
-    /// Rms of the residual over that of the readings.
+    /// Rms of the residual of the amplitudes over that of the readings.
     pub residual_ratio: f64,
+    /// The phases, where they are used.
+    pub phases: Option<FittedPhases>,
 }
+
+/// Below this the residual, over the readings, is numerical noise, and priors need not weigh against it.
+const SMALLEST_RATIO: f64 = 1e-3;
+
+/// Rounds in which amplitudes and phases are fitted, and most linearisations of each.
+const ROUNDS_WITH_PHASES: usize = 3;
+const ITERATIONS_WITH_PHASES: usize = 5;
 
 impl Fit {
     /// The best gain at a pose.
     pub fn at(readings: &Readings, pose: Pose) -> Self {
         let values = readings.values();
         let simulated = readings.simulate(&pose);
-        let gain = best_gain(&simulated, &values);
-        Self::with_gain(pose, gain, simulated, &values)
+        let gain = best_gain(&simulated.magnitudes, &values);
+        let sigma = |fit: &Self| fit.sigma(&values);
+        let fit = Self::with_gain(pose, gain, simulated.magnitudes.clone(), &values);
+        Self { phases: FittedPhases::of(readings, &simulated, sigma(&fit)), ..fit }
     }
 
-    /// A given gain at a pose.
+    /// A given gain at a pose, without regard to phases.
     pub fn with_gain(pose: Pose, gain: f64, simulated: Vec<f64>, readings: &[f64]) -> Self {
         let residual = residual(&simulated, readings, gain);
         let ratio = rms(residual.iter().copied()) / rms(readings.iter().copied());
         let correlation = correlation(&simulated, readings);
-        Self { pose, gain, simulated, correlation, residual_ratio: ratio }
+        Self { pose, gain, simulated, correlation, residual_ratio: ratio, phases: None }
+    }
+
+    /// Standard deviation of the residual, in the reading's unit.
+    pub(super) fn sigma(&self, values: &[f64]) -> f64 {
+        self.residual_ratio.max(SMALLEST_RATIO) * rms(values.iter().copied())
+    }
+
+    /// What the better of two fits to the same readings has less of: rms of the residual over that of the readings, of complex ones where there are phases.
+    pub fn misfit(&self) -> f64 {
+        match &self.phases {
+            Some(phases) => self.residual_ratio.hypot(phases.squared_ratio.sqrt()),
+            None => self.residual_ratio,
+        }
     }
 }
 
 /// Refines a pose. Priors weigh against the data as if each block of readings told one independent thing (see
 /// [`Blocks`]), since what is left of a field is never independent from point to point.
 pub fn refine(readings: &Readings, start: Pose, search: &Search) -> Fit {
+    let mut fit = refined(readings, Fit::at(readings, start), search, false);
+    if readings.reference().is_some() {
+        let iterations = search.iterations.min(ITERATIONS_WITH_PHASES);
+        let search = Search { iterations, ..search.clone() };
+        for _ in 0..ROUNDS_WITH_PHASES {
+            fit = refined(readings, fit, &search, true);
+        }
+    }
+    fit
+}
+
+/// One round, by the noise that a fit leaves.
+fn refined(readings: &Readings, before: Fit, search: &Search, with_phases: bool) -> Fit {
     let values = readings.values();
-    let before = Fit::at(readings, start);
     let blocks = Blocks::of(readings);
-    /// Below this the residual is numerical noise, and priors need not weigh against it.
-    const SMALLEST_RATIO: f64 = 1e-3;
-    let sigma = before.residual_ratio.max(SMALLEST_RATIO)
-        * rms(values.iter().copied())
-        * (values.len() as f64 / blocks.count() as f64).sqrt();
+    let start = before.pose;
+    let factor = (values.len() as f64 / blocks.count() as f64).sqrt();
+    let scatter = before.phases.as_ref().filter(|_| with_phases).map(|phases| Scatter {
+        sigma: before.sigma(&values),
+        noise_rad: phases.noise_rad,
+        factor,
+    });
+    let sigma = before.sigma(&values) * factor;
+    let phases = |simulated: &Simulated| PhaseResiduals::of(readings, simulated, scatter?);
     let parameters: Vec<Parameter> = search
         .free
         .iter()
@@ -146,9 +190,11 @@ pub fn refine(readings: &Readings, start: Pose, search: &Search) -> Fit {
         }
         pose
     };
-    let weighted = |simulated: &[f64]| -> Vec<f64> {
-        let gain = best_gain(simulated, &values);
-        residual(simulated, &values, gain).into_iter().map(|r| r / sigma).collect()
+    let weighted = |simulated: &Simulated| -> Vec<f64> {
+        let gain = best_gain(&simulated.magnitudes, &values);
+        let of_amplitudes = residual(&simulated.magnitudes, &values, gain);
+        let of_phases = phases(simulated).map(|phases| phases.scaled).unwrap_or_default();
+        of_amplitudes.into_iter().map(|r| r / sigma).chain(of_phases).collect()
     };
     let minimum = minimise(
         &parameters,
@@ -158,13 +204,18 @@ pub fn refine(readings: &Readings, start: Pose, search: &Search) -> Fit {
             let pose = pose_at(x);
             let gradient = readings.simulate_gradient(&pose);
             let free: Vec<PoseParameter> = search.free.iter().map(|(p, _)| *p).collect();
-            let scale = -best_gain(&gradient.magnitudes, &values) / sigma;
-            let mut columns = derivatives(readings, &pose, &gradient, &free);
-            for column in &mut columns {
-                project_out(&gradient.magnitudes, column);
+            let magnitudes = &gradient.at.magnitudes;
+            let scale = -best_gain(magnitudes, &values) / sigma;
+            let phases = phases(&gradient.at);
+            let column = |slope: Slope| {
+                let Slope { magnitudes: mut column, phases: of_phases } = slope;
+                project_out(magnitudes, &mut column);
                 column.iter_mut().for_each(|entry| *entry *= scale);
-            }
-            Linearisation { residuals: weighted(&gradient.magnitudes), columns }
+                column.extend(phases.iter().flat_map(|phases| phases.derivatives(&of_phases)));
+                column
+            };
+            let columns = derivatives(readings, &pose, &gradient, &free).into_iter().map(column);
+            Linearisation { residuals: weighted(&gradient.at), columns: columns.collect() }
         },
     );
     let mut pose = pose_at(&minimum.parameters);
@@ -172,18 +223,18 @@ pub fn refine(readings: &Readings, start: Pose, search: &Search) -> Fit {
     Fit::at(readings, pose)
 }
 
-/// Derivative of the simulated magnitudes by each parameter of the pose: one column a parameter.
+/// Derivative of the simulated field by each parameter of the pose.
 pub fn derivatives(
     readings: &Readings,
     pose: &Pose,
     gradient: &SimulatedGradient,
     parameters: &[PoseParameter],
-) -> Vec<Vec<f64>> {
-    let [per_x, per_y, per_z] = &gradient.per_m;
+) -> Vec<Slope> {
     let from_shift: Vec<_> =
         readings.positions_m().iter().map(|scan_m| pose.to_array(scan_m) - pose.shift_m).collect();
-    let column = |parameter: &PoseParameter| -> Vec<f64> {
-        (0..from_shift.len())
+    let column = |parameter: &PoseParameter, part: fn(&Slope) -> &Vec<f64>| -> Vec<f64> {
+        let [per_x, per_y, per_z] = gradient.per_m.each_ref().map(part);
+        (0..per_x.len())
             .map(|i| {
                 let (x, y) = (from_shift[i].x, from_shift[i].y);
                 match parameter {
@@ -196,7 +247,11 @@ pub fn derivatives(
             })
             .collect()
     };
-    parameters.iter().map(column).collect()
+    let slope = |parameter: &PoseParameter| Slope {
+        magnitudes: column(parameter, |slope| &slope.magnitudes),
+        phases: column(parameter, |slope| &slope.phases),
+    };
+    parameters.iter().map(slope).collect()
 }
 
 /// Takes out of a column what a change of the gain would do as well.

@@ -6,13 +6,14 @@
 //! in the gap.
 
 use super::identifiability::identifiability;
+use super::phase_fit::FittedPhases;
 use super::pose::{Mirror, Pose};
 use super::pose_search::{Found, determine_a_pose, find_pose};
 use super::readings::Readings;
 use super::receiver_face::{ReceiverFace, find_receiver_face, with_receiver_face};
 use super::refine::{Fit, PoseParameter, Search, refine};
 use super::registration::{
-    Estimate, Registering, Registration, TriedRegistration, UndeterminedCombination,
+    Estimate, PhasesUsed, Registering, Registration, TriedRegistration, UndeterminedCombination,
 };
 use super::shift_search::{FoundShift, find_shift};
 use fieldgap_text::percent;
@@ -44,6 +45,9 @@ const EXPLAINS: f64 = 0.5;
 
 /// A pose of the other handedness with at most this times the squared residual is equally good.
 const AS_GOOD: f64 = 1.1;
+
+/// Scatter of phases beside the simulation from which they agree with it hardly better than by chance, radians: phases that are anything have 1.8.
+const UNRELATED_RAD: f64 = 0.8;
 
 /// A registration and the simulation under it.
 #[derive(Debug, Clone, PartialEq)]
@@ -305,10 +309,15 @@ impl Choice {
         if tried_all.iter().all(|other| other.registering != self.chosen) {
             tried_all.push(tried(self.chosen, &self.fit));
         }
+        let phases = self.fit.phases.as_ref().filter(|_| !free.is_empty());
+        let why = match phases {
+            Some(phases) => self.why + &phases_in_words(phases),
+            None => self.why,
+        };
         let registration = Registration {
             requested,
             chosen: self.chosen,
-            why: self.why,
+            why,
             gain,
             mirror: self.fit.pose.mirror,
             turn_rad: estimate(PoseParameter::Turn),
@@ -321,6 +330,11 @@ impl Choice {
             }),
             tried: tried_all,
             undetermined,
+            phases: phases.map(|phases| PhasesUsed {
+                known: phases.known,
+                noise_rad: phases.noise_rad,
+                drift_rad: phases.drift_rad,
+            }),
         };
         Registered { registration, fit: self.fit }
     }
@@ -329,7 +343,7 @@ impl Choice {
 /// Names the mirror as undetermined if the other handedness is equally good.
 fn either_hand(found: &Found) -> Option<UndeterminedCombination> {
     let other = found.other_handedness.as_ref()?;
-    let ratio = (other.residual_ratio / found.best_in_that_round).powi(2);
+    let ratio = (other.misfit() / found.best_in_that_round).powi(2);
     (ratio <= AS_GOOD).then(|| UndeterminedCombination {
         parameters: vec!["mirror".to_owned()],
         explanation: format!(
@@ -338,6 +352,22 @@ fn either_hand(found: &Found) -> Option<UndeterminedCombination> {
             in_words(other)
         ),
     })
+}
+
+/// What the phases told.
+fn phases_in_words(phases: &FittedPhases) -> String {
+    let noise_rad = phases.noise_rad;
+    match noise_rad < UNRELATED_RAD {
+        true => format!(
+            ". The phases of {} readings were fitted too: they scatter by {noise_rad:.3} rad about the simulation, and their reference drifts by \
+             {:.3} rad",
+            phases.known, phases.drift_rad
+        ),
+        false => format!(
+            ". The phases of {} readings hardly count, since they differ from the simulation by {noise_rad:.1} rad: is their convention right?",
+            phases.known
+        ),
+    }
 }
 
 /// A pose in words.

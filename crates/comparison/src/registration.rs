@@ -59,6 +59,20 @@ pub struct Registration {
     pub tried: Vec<TriedRegistration>,
     /// Combinations of parameters that these data do not determine.
     pub undetermined: Vec<UndeterminedCombination>,
+    /// What the phases of the readings told; `None` where only amplitudes were registered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phases: Option<PhasesUsed>,
+}
+
+/// The phases in a registration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PhasesUsed {
+    /// Readings whose phase is known.
+    pub known: usize,
+    /// Standard deviation that a phase was given beside the quadratures' noise: its own noise, and what the simulation leaves of it, radians.
+    pub noise_rad: f64,
+    /// Largest departure of the reference from its mean over the scan, as fitted, radians.
+    pub drift_rad: f64,
 }
 
 /// A registration that was tried.

@@ -75,7 +75,7 @@ pub fn find_shift(readings: &Readings) -> Result<FoundShift, NoShift> {
             refine(&some, start, &of_shift(FIRST_ITERATIONS))
         })
         .collect();
-    let best = fits.into_iter().min_by(|a, b| a.residual_ratio.total_cmp(&b.residual_ratio));
+    let best = fits.into_iter().min_by(|a, b| a.misfit().total_cmp(&b.misfit()));
     let start = best.expect("the recorded place is among the starts").pose;
     let last = refine(&readings.thinned(LAST), start, &of_shift(LAST_ITERATIONS));
     let fit = Fit::at(readings, last.pose);

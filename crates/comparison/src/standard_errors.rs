@@ -17,7 +17,8 @@ const WIDTH: f64 = 2.0;
 /// Readings put into cubes two wavelengths wide, each drive apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blocks {
-    of: Vec<usize>,
+    /// The block of each row of a fit; `None` for a prior.
+    of: Vec<Option<usize>>,
     count: usize,
 }
 
@@ -31,10 +32,17 @@ impl Blocks {
             for position_m in &drive.positions_m {
                 let cell = [0, 1, 2].map(|axis| (position_m[axis] / width_m).floor() as i64);
                 let next = known.len();
-                of.push(*known.entry((drive.focus, cell)).or_insert(next));
+                of.push(Some(*known.entry((drive.focus, cell)).or_insert(next)));
             }
         }
         Self { of, count: known.len() }
+    }
+
+    /// The same for rows of amplitudes, then rows of phases of the same readings, then so many priors.
+    pub fn and_of_phases(mut self, priors: usize) -> Self {
+        self.of.extend_from_within(..);
+        self.of.extend(std::iter::repeat_n(None, priors));
+        self
     }
 
     /// How many there are.
@@ -42,7 +50,8 @@ impl Blocks {
         self.count
     }
 
-    /// Covariance of the coefficients of a linear least-squares fit with these columns that leaves this residual;
+    /// Covariance of the coefficients of a linear least-squares fit with these columns that leaves this residual; a prior's is its standard deviation,
+    /// since what the fit leaves of it scatters less. The covariance is
     /// infinite where the columns do not fix the coefficients, or blocks are no more than coefficients.
     pub fn covariance(&self, columns: &DMatrix<f64>, residual: &[f64]) -> DMatrix<f64> {
         let n = columns.ncols();
@@ -53,17 +62,24 @@ impl Blocks {
             return unknown();
         }
         let mut asked = DMatrix::zeros(n, self.count);
-        let mut curvature = DMatrix::zeros(n, n);
+        let (mut curvature, mut of_priors) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
         for (i, (row, block)) in columns.row_iter().zip(&self.of).enumerate() {
             let row = row.transpose().component_div(&lengths);
-            let mut block = asked.column_mut(*block);
-            block += &row * residual[i];
-            curvature += &row * row.transpose();
+            let square = &row * row.transpose();
+            match block {
+                Some(block) => {
+                    let mut block = asked.column_mut(*block);
+                    block += &row * residual[i];
+                }
+                None => of_priors += &square * residual[i].powi(2),
+            }
+            curvature += square;
         }
         let Some(cholesky) = curvature.cholesky() else { return unknown() };
         let inverse = cholesky.inverse();
         let few = self.count as f64 / (self.count - n) as f64;
-        let scaled = &inverse * (&asked * asked.transpose()) * &inverse * few;
+        let scaled = &inverse * (&asked * asked.transpose()) * &inverse * few
+            + &inverse * of_priors * &inverse;
         scaled.component_div(&(&lengths * lengths.transpose()))
     }
 }
@@ -74,7 +90,7 @@ mod tests {
 
     fn blocks(of: Vec<usize>) -> Blocks {
         let count = of.iter().max().map_or(0, |last| last + 1);
-        Blocks { of, count }
+        Blocks { of: of.into_iter().map(Some).collect(), count }
     }
 
     /// The mean of blocks that are each one number throughout: its error is that of as many numbers as blocks.

@@ -76,7 +76,7 @@ pub use advice::found_field::{Departure, FieldSamples, FoundField, Received};
 pub use advice::outlook::{Outlook, PossibleReading};
 pub use change::{
     ChangeCandidate, ChangeDiagnosis, ChangeVerdict, CommonModel, NoChangeDiagnosis,
-    ParameterChange, RecordName, diagnose_change,
+    ParameterChange, RecordName, diagnose_change, diagnose_change_by_amplitudes,
 };
 pub use diagnose::{Findings, LiveSets, Options, diagnose, diagnose_with};
 pub use effect_id::{EffectId, UnknownEffect, joined};

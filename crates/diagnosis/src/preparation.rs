@@ -3,6 +3,7 @@
 use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{
     Incomparable, Pose, Registering, Registration, USUAL_PROPORTIONAL_NOISE, register_scan,
+    register_scan_by_amplitudes,
 };
 use fieldgap_records::RecordedScan;
 
@@ -27,7 +28,7 @@ impl Prepared {
         with_phases: bool,
     ) -> Result<Self, Incomparable> {
         Self::registered(scans, simulator, with_phases, |scan, simulator| {
-            let registration = register_scan(scan, simulator, Registering::Auto)?;
+            let registration = register_as(with_phases)(scan, simulator, Registering::Auto)?;
             let pose = match is_in_other_coordinates(&registration) {
                 true => registration.pose(),
                 false => Pose::default(),
@@ -40,12 +41,12 @@ impl Prepared {
     pub fn of_one_pose(
         scans: &[RecordedScan],
         simulator: Option<Simulator>,
+        with_phases: bool,
     ) -> Result<Self, Incomparable> {
         let mut pose = None;
-        // The amplitudes of the first predict those of the second.
-        Self::registered(scans, simulator, false, |scan, simulator| {
+        Self::registered(scans, simulator, with_phases, |scan, simulator| {
             let requested = if pose.is_none() { Registering::Auto } else { Registering::None };
-            let registration = register_scan(scan, simulator, requested)?;
+            let registration = register_as(with_phases)(scan, simulator, requested)?;
             let pose = *pose.get_or_insert_with(|| match is_in_other_coordinates(&registration) {
                 true => registration.pose(),
                 false => Pose::default(),
@@ -79,6 +80,12 @@ impl Prepared {
         let context = context(&observations, scans);
         Ok(Self { simulator, observations, context, registrations })
     }
+}
+
+type Register = fn(&RecordedScan, Simulator, Registering) -> Result<Registration, Incomparable>;
+
+fn register_as(with_phases: bool) -> Register {
+    if with_phases { register_scan } else { register_scan_by_amplitudes }
 }
 
 /// Whether a scan has coordinates of its own; only then a pose is applied first. A scan that resembles the believed field is in the lab's

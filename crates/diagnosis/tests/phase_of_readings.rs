@@ -5,8 +5,9 @@ use std::path::Path;
 
 use fieldgap_acoustics::{Vec3, delays_s};
 use fieldgap_diagnosis::{
-    AlikeEffects, Diagnosis, EffectId, FittedParameter, Options, Verdict, alike_effects,
-    alike_effects_by_amplitudes, diagnose_with,
+    AlikeEffects, ChangeVerdict, Diagnosis, EffectId, FittedParameter, Options, Verdict,
+    alike_effects, alike_effects_by_amplitudes, diagnose_change, diagnose_change_by_amplitudes,
+    diagnose_with,
 };
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
@@ -54,6 +55,17 @@ fn setup(convention: &str) -> ScanSetup {
 
 /// A scan of a rig with these causes, with 1 % and 0.5 % of the largest level of noise.
 fn record(causes: &toml::Table, clock: Clock, convention: &str, seed: u64) -> RecordedScan {
+    record_of_rig(seed, causes, clock, convention, seed)
+}
+
+/// The same of a rig whose elements are drawn by a seed of their own.
+fn record_of_rig(
+    rig: u64,
+    causes: &toml::Table,
+    clock: Clock,
+    convention: &str,
+    seed: u64,
+) -> RecordedScan {
     let setup = setup(convention);
     let sign = if convention == "exp(+iwt)" { -1.0 } else { 1.0 };
     let simulation = setup.simulation(setup.simulator, 0).expect("focus 0");
@@ -69,7 +81,7 @@ fn record(causes: &toml::Table, clock: Clock, convention: &str, seed: u64) -> Re
         .collect();
     let (array, medium) = (&simulation.array, &simulation.medium);
     let drives_s = [delays_s(&simulation.excitation, array, medium, simulation.frequency_hz)];
-    let field = noise_free_coded_phasors(&simulation, causes, 0.05, &drives_s, &visits, seed);
+    let field = noise_free_coded_phasors(&simulation, causes, 0.05, &drives_s, &visits, rig);
     let field = field.expect("the causes fit");
     let additive = 5e-3 * field.iter().fold(0.0f64, |most, (level, _)| most.max(*level));
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -201,4 +213,63 @@ fn phases_part_effects_that_amplitudes_confuse() {
     // The receiver's face and its lobe act on amplitudes.
     let receiver = [EffectId::Aperture, EffectId::ReceiverDirectivity];
     assert!(pair(&with, receiver).residual_share < 0.02);
+}
+
+/// A record before and one after a change, of a rig with causes that neither set-up knows, each by a clock and a convention of its own.
+fn before_and_after(change: &toml::Table, after: Clock, seed: u64) -> [RecordedScan; 2] {
+    let mut causes = toml::toml! {
+        sound-speed = { c_m_s = 344.0 }
+        directivity = { width_ratio = 0.93 }
+        element-gain = { spread = 0.06 }
+        element-phase = { spread_rad = 0.1 }
+    };
+    let a = record_of_rig(seed, &causes, CLOCK, "exp(-iwt)", 2 * seed);
+    causes.extend(change.clone());
+    [a, record_of_rig(seed, &causes, after, "exp(+iwt)", 2 * seed + 1)]
+}
+
+const OTHER_CLOCK: Clock = Clock { offset_rad: -1.1, drift_rad: -0.08, noise_rad: 0.015 };
+
+#[test]
+fn phases_tell_a_wind_that_rose_from_an_array_that_was_tilted() {
+    let wind = toml::toml! { flow = { vx_m_s = 0.5, vy_m_s = 0.0 } };
+    let [a, b] = before_and_after(&wind, OTHER_CLOCK, 1);
+    let with = diagnose_change(&a, &b, None).expect("comparable");
+    let named = (with.verdict, &with.effects[..]);
+    assert_eq!(named, (ChangeVerdict::Explained, &[EffectId::Flow][..]), "{}", with.sentence);
+    let along_x = with.ranked[0].parameters["flow.vx_m_s"].change.expect("a number");
+    let off = (along_x.value - 0.5).abs();
+    assert!(off < 4.0 * along_x.standard_error && along_x.standard_error < 0.1, "{along_x:?}");
+    let without = diagnose_change_by_amplitudes(&a, &b, None).expect("comparable");
+    assert_eq!(without.verdict, ChangeVerdict::Ambiguous, "{}", without.sentence);
+}
+
+#[test]
+fn phases_tell_a_change_that_amplitudes_do_not_show() {
+    let warmer = toml::toml! { sound-speed = { c_m_s = 344.8 } };
+    let [a, b] = before_and_after(&warmer, OTHER_CLOCK, 1);
+    let with = diagnose_change(&a, &b, None).expect("comparable");
+    assert_eq!(with.effects, [EffectId::SoundSpeed], "{}", with.sentence);
+    let faster = with.ranked[0].parameters["sound-speed.c_m_s"].change.expect("a number");
+    let off = (faster.value - 0.8).abs();
+    assert!(off < 4.0 * faster.standard_error && faster.standard_error < 0.2, "{faster:?}");
+    let without = diagnose_change_by_amplitudes(&a, &b, None).expect("comparable");
+    assert_eq!(without.verdict, ChangeVerdict::None, "{}", without.sentence);
+    // One record without phases leaves the amplitudes.
+    let mut plain = b.clone();
+    plain.setup.phase = None;
+    plain.samples.iter_mut().for_each(|sample| sample.phase_rad = None);
+    let one_sided = diagnose_change(&a, &plain, None).expect("comparable");
+    assert_eq!(one_sided.verdict, ChangeVerdict::None, "{}", one_sided.sentence);
+}
+
+#[test]
+fn clocks_that_differ_are_no_change() {
+    for (seed, drift_rad, noise_rad) in [(3, 0.12, 0.015), (4, -0.15, 0.06)] {
+        let clock = Clock { offset_rad: 3.0, drift_rad, noise_rad };
+        let [a, b] = before_and_after(&toml::Table::new(), clock, seed);
+        let found = diagnose_change(&a, &b, None).expect("comparable");
+        assert_eq!(found.verdict, ChangeVerdict::None, "{seed}: {}", found.sentence);
+        assert!((0.6..1.4).contains(&found.chi_square_unchanged), "{}", found.chi_square_unchanged);
+    }
 }

@@ -270,6 +270,10 @@ impl Cause {
             Self::NoListener => {
                 "check the address and port number in the rig file, that the instrument is switched on, and that its network socket is enabled"
             }
+            Self::Record(RecordFault::NoSync { .. } | RecordFault::Unequal { .. }) => {
+                "check that the clock of the drives hangs on `sync_channel`, that this channel is switched on, and its volts a division: the clock should fill \
+                 a good part of the screen"
+            }
             Self::Record(_) => {
                 "set the instrument's time base so that a record holds about ten cycles of the carrier, on the instrument or with `setup` in the rig file"
             }

@@ -1,11 +1,12 @@
-//! The virtual oscilloscope: samples of the receiver's signal, by the commands of Rigol's instruments.
+//! The virtual oscilloscope: samples of the receiver's signal, and on its second channel the clock of the drives, by the commands of Rigol's instruments.
 //!
 //! | command | |
 //! |---|---|
 //! | `*IDN?`, `*CLS`, `*OPC?`, `:SYST:ERR?` | as IEEE 488.2 and SCPI have them |
 //! | `:CHAN1:SCAL <V>`, `:CHAN1:OFFS <V>` | volts per division (25 steps of its 8 bits); offset |
 //! | `:TIM:MAIN:SCAL <s>` | seconds per division (12 divisions of 100 samples) |
-//! | `:WAV:SOUR CHAN1`, `:WAV:MODE NORM`, `:WAV:FORM BYTE` | the only accepted values |
+//! | `:WAV:SOUR CHAN1`, `:WAV:SOUR CHAN2` | the channel whose record is read; the clock is a square wave of 2.5 V, with edges of 2 µs, at 1 V a division |
+//! | `:WAV:MODE NORM`, `:WAV:FORM BYTE` | the only accepted values |
 //! | `:SING`, `:TFOR`, `:TRIG:STAT?` | one record, triggered by `:TFOR` alone |
 //! | `:WAV:PRE?`, `:WAV:DATA?` | scaling of the samples; the samples |
 
@@ -25,6 +26,13 @@ const SAMPLES: usize = 1200;
 const DIVISIONS: f64 = 12.0;
 const STEPS_A_DIVISION: f64 = 25.0;
 const REFERENCE: f64 = 127.0;
+
+/// Amplitude of the clock and volts of a step of its channel.
+const CLOCK_V: f64 = 2.5;
+const CLOCK_STEP_V: f64 = 1.0 / STEPS_A_DIVISION;
+
+/// Slope of the clock's edges over that of a sine wave of its amplitude: 2 µs at 40 kHz, a few metres of cable on a logic output.
+const CLOCK_EDGE: f64 = 4.0;
 
 /// Errors that are kept.
 const MOST_ERRORS: usize = 10;
@@ -51,7 +59,10 @@ pub struct ScopeFirmware {
     offset_v: f64,
     seconds_a_division: f64,
     trigger: Trigger,
-    record: Vec<u8>,
+    /// Of the signal and of the clock.
+    record: [Vec<u8>; 2],
+    /// Which of them is read.
+    source: usize,
     records: u64,
     errors: VecDeque<&'static str>,
 }
@@ -70,7 +81,8 @@ impl ScopeFirmware {
             offset_v: 0.0,
             seconds_a_division: 50e-6,
             trigger: Trigger::Stopped,
-            record: Vec::new(),
+            record: [Vec::new(), Vec::new()],
+            source: 0,
             records: 0,
             errors: VecDeque::new(),
         }
@@ -92,17 +104,20 @@ impl ScopeFirmware {
         }
         self.trigger = Trigger::Stopped;
         // A record is so short that position and modulation are constant in it; its noise is that of one reading.
-        let carrier: Complex64 = self.world.phasor_v(since_s + self.span_s(), self.records);
+        let carrier: Complex64 = self.world.synchronous_v(since_s + self.span_s(), self.records);
         self.records += 1;
         let omega = TAU * self.world.carrier_hz();
-        self.record = (0..SAMPLES)
-            .map(|sample| {
+        let record = |of: &dyn Fn(Complex64) -> f64| -> Vec<u8> {
+            let steps = (0..SAMPLES).map(|sample| {
                 let time_s = since_s + self.span_s() * sample as f64 / SAMPLES as f64;
-                let volts = (carrier * Complex64::from_polar(1.0, -omega * time_s)).re;
-                let steps = (volts + self.offset_v) / self.step_v() + REFERENCE;
-                steps.round().clamp(0.0, 255.0) as u8
-            })
-            .collect();
+                of(Complex64::from_polar(1.0, -omega * time_s)) + REFERENCE
+            });
+            steps.map(|steps| steps.round().clamp(0.0, 255.0) as u8).collect()
+        };
+        self.record = [
+            record(&|turn| ((carrier * turn).re + self.offset_v) / self.step_v()),
+            record(&|turn| CLOCK_V * (CLOCK_EDGE * turn.re).clamp(-1.0, 1.0) / CLOCK_STEP_V),
+        ];
     }
 
     fn error(&mut self, error: &'static str) {
@@ -133,18 +148,26 @@ impl ScopeFirmware {
                 Trigger::Waiting => "WAIT".to_owned(),
                 Trigger::Taking { .. } => "RUN".to_owned(),
             }),
-            (":WAV:PRE?", _) => say(format!(
-                "0,0,{SAMPLES},1,{:.9e},0,0,{:.9e},{:.9},{REFERENCE}",
-                self.span_s() / SAMPLES as f64,
-                self.step_v(),
-                self.offset_v / self.step_v(),
-            )),
+            (":WAV:PRE?", _) => {
+                let [step_v, offset_v] = match self.source {
+                    0 => [self.step_v(), self.offset_v],
+                    _ => [CLOCK_STEP_V, 0.0],
+                };
+                say(format!(
+                    "0,0,{SAMPLES},1,{:.9e},0,0,{step_v:.9e},{:.9},{REFERENCE}",
+                    self.span_s() / SAMPLES as f64,
+                    offset_v / step_v,
+                ));
+            }
             (":WAV:DATA?", _) => {
-                out.extend_from_slice(format!("#9{:09}", self.record.len()).as_bytes());
-                out.extend_from_slice(&self.record);
+                let record = &self.record[self.source];
+                out.extend_from_slice(format!("#9{:09}", record.len()).as_bytes());
+                out.extend_from_slice(record);
                 out.push(b'\n');
             }
-            (":WAV:SOUR", "CHAN1") | (":WAV:MODE", "NORM") | (":WAV:FORM", "BYTE") => {}
+            (":WAV:SOUR", "CHAN1") => self.source = 0,
+            (":WAV:SOUR", "CHAN2") => self.source = 1,
+            (":WAV:MODE", "NORM") | (":WAV:FORM", "BYTE") => {}
             (":CHAN1:SCAL", volts) => self.set(volts, |scope, v| scope.volts_a_division = v),
             (":TIM:MAIN:SCAL", seconds) => {
                 self.set(seconds, |scope, s| scope.seconds_a_division = s)
@@ -176,7 +199,8 @@ impl Firmware for ScopeFirmware {
         self.offset_v = 0.0;
         self.seconds_a_division = 50e-6;
         self.trigger = Trigger::Stopped;
-        self.record.clear();
+        self.record = [Vec::new(), Vec::new()];
+        self.source = 0;
         self.errors.clear();
     }
 
@@ -245,7 +269,33 @@ mod tests {
             })
             .sum();
         let amplitude_v = sum.norm() * 2.0 / 1200.0;
-        assert!(level_v > 0.1 && (amplitude_v - level_v).abs() < 2e-3, "{amplitude_v} {level_v}");
+        // Every cycle is rounded alike.
+        let rounding_v = 0.2 * scope.step_v();
+        assert!(level_v > 0.1 && (amplitude_v - level_v).abs() < rounding_v, "{amplitude_v}");
+    }
+
+    /// The second channel shows when the drives' clock is at its crest, so that the two records tell the phase of the field.
+    #[test]
+    fn the_second_channel_is_the_clock_of_the_drives() {
+        let mut scope = scope("");
+        send(&mut scope, ":SING\n:TFOR\n", 1.00001);
+        send(&mut scope, ":TRIG:STAT?\n", 1.00071);
+        let mut carrier = |channel: &str, step_v: f64| -> Complex64 {
+            let data = send(&mut scope, &format!(":WAV:SOUR {channel}\n:WAV:DATA?\n"), 1.001);
+            let samples = data[11..1211].iter().enumerate();
+            let turns = samples.map(|(n, &byte)| {
+                let volts = (f64::from(byte) - REFERENCE) * step_v;
+                volts * Complex64::from_polar(2.0 / 1200.0, TAU * 24.0 * n as f64 / 1200.0)
+            });
+            turns.sum()
+        };
+        let (signal, clock) = (carrier("CHAN1", 1.0), carrier("CHAN2", CLOCK_STEP_V));
+        let truth = scope.world.synchronous_v(1.00061, 0);
+        assert!((signal * clock.conj() * truth.conj()).arg().abs() < 0.01, "{signal} {clock}");
+        // The fundamental of a square wave is 4/π of its amplitude; edges take a little of it.
+        assert!((1.2 * CLOCK_V..1.28 * CLOCK_V).contains(&clock.norm()), "{clock}");
+        let preamble = send(&mut scope, ":WAV:PRE?\n", 1.001);
+        assert!(String::from_utf8(preamble).expect("text").contains(",4.0"), "0.04 V a step");
     }
 
     #[test]

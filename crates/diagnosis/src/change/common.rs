@@ -22,6 +22,7 @@ use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
+use crate::model::phases::PhaseMeaning;
 use crate::noise::settle::settle_scatter;
 use crate::statistics::noise_scale::NoiseScale;
 use crate::statistics::scatter::Scatter;
@@ -103,12 +104,13 @@ impl ModelOfA {
 
     /// The readings of B less the discrepancy of A at their places, on the scale of the noise of both.
     ///
-    /// `a` and `b` are pairs; the readings of A times `gain` are of B's size.
+    /// `a` and `b` are pairs; the readings of A times `gain` are of B's size. `phase` says what phases mean that both have.
     pub fn beside(
         &self,
         a: &Observations,
         b: &Observations,
         gain: f64,
+        phase: Option<PhaseMeaning>,
         context: &Context,
     ) -> Observations {
         let [of_a, of_b] = [a, b].map(|observations| &observations.scans[0]);
@@ -117,6 +119,21 @@ impl ModelOfA {
             true => 0.0,
             false => of_b.scatter.fluctuation,
         };
+        let model = self.fit.model(context);
+        let pressures = model.pressures(a, &self.fit.nuisance);
+        scan.phase = phase;
+        if phase.is_some() {
+            for ((drive_a, drive), pressures) in
+                of_a.drives.iter().zip(&mut scan.drives).zip(&pressures[0])
+            {
+                // Of the phases in B less those in A, what the model expects is the believed part.
+                let expected = pressures.iter().map(|pressure| pressure.coherent.arg());
+                drive.believed_rad = expected.take(drive.readings.len()).collect();
+                let of_a = drive_a.phases_rad.iter().zip(&drive.believed_rad);
+                let corrected = of_a.zip(&drive.phases_rad).map(|((a, model), b)| b - (a - model));
+                drive.phases_rad = corrected.collect();
+            }
+        }
         scan.set_scatter(Scatter {
             share: of_a.scatter.share.hypot(of_b.scatter.share),
             additive: (gain * of_a.scatter.additive).hypot(of_b.scatter.additive),
@@ -124,8 +141,6 @@ impl ModelOfA {
             pairs: [].into(),
             ..of_b.scatter.clone()
         });
-        let model = self.fit.model(context);
-        let pressures = model.pressures(a, &self.fit.nuisance);
         let level_gain = (self.log_gain() + gain.ln()).exp();
         let corrected: Vec<Vec<f64>> = of_a
             .drives

@@ -24,6 +24,10 @@
 //! Positions repeat from record to record, so the shift and the near field of a scan are held: an offset is a change like others. The
 //! level of B is free beside every candidate.
 //!
+//! Where both records have phases, those of B less d = φ(A) - φ(m(x; θ)) are diagnosed beside the readings. Their noise is that of both, found from
+//! B's phases less those of A; constants and drifts of the two references are one free constant and one drift. θ is found from the amplitudes: a
+//! model that is off by a tenth of a radian is good enough for the signature of a change, and would leave much of precise phases.
+//!
 //! # What is tried
 //!
 //! Every effect but the simulator's own defects; amplitude or phase of one element alone (`effects::one_element`); pairs of the best
@@ -39,7 +43,7 @@ mod text;
 mod words;
 
 use fieldgap_acoustics::Simulator;
-use fieldgap_comparison::Incomparable;
+use fieldgap_comparison::{Incomparable, has_phases};
 use fieldgap_records::RecordedScan;
 
 use self::common::ModelOfA;
@@ -54,6 +58,7 @@ use crate::limits::{FEWEST_PAIRS, FEWEST_READINGS, MOST_ELEMENT_READINGS, MOST_P
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::Observations;
+use crate::model::phases::PhaseMeaning;
 use crate::noise::settle::settle_scatter;
 use crate::preparation::Prepared;
 
@@ -91,12 +96,39 @@ pub fn diagnose_change(
     b: &RecordedScan,
     simulator: Option<Simulator>,
 ) -> Result<ChangeDiagnosis, NoChangeDiagnosis> {
+    diagnosed(a, b, simulator, true)
+}
+
+/// As [`diagnose_change`], by the amplitudes alone.
+///
+/// # Errors
+/// [`NoChangeDiagnosis`].
+pub fn diagnose_change_by_amplitudes(
+    a: &RecordedScan,
+    b: &RecordedScan,
+    simulator: Option<Simulator>,
+) -> Result<ChangeDiagnosis, NoChangeDiagnosis> {
+    diagnosed(a, b, simulator, false)
+}
+
+fn diagnosed(
+    a: &RecordedScan,
+    b: &RecordedScan,
+    simulator: Option<Simulator>,
+    use_phases: bool,
+) -> Result<ChangeDiagnosis, NoChangeDiagnosis> {
     let simulator = simulator.unwrap_or(Simulator::Transducer);
-    let prepared = Prepared::of_one_pose(&[a.clone(), b.clone()], Some(simulator))?;
+    let with_phases = use_phases && has_phases(a) && has_phases(b);
+    let prepared = Prepared::of_one_pose(&[a.clone(), b.clone()], Some(simulator), with_phases)?;
     let most = (MOST_ELEMENT_READINGS / prepared.observations.elements()).max(FEWEST_READINGS);
     let pairs = Pairs::of(a, b, prepared.simulator, &prepared)?.thinned(most.min(MOST_PAIRS));
     let Pairs { a: mut of_a, b: mut of_b, left_out } = pairs;
     let context = prepared.context;
+    let phase = taken_off(&mut of_a).zip(taken_off(&mut of_b)).map(|(a, b)| PhaseMeaning {
+        drift_u_rad: a.drift_u_rad.hypot(b.drift_u_rad),
+        each_drive: a.each_drive || b.each_drive,
+        ..b
+    });
     // The gain by which A's readings become those of B, without regard to what changed.
     let (readings_a, readings_b) = (of_a.readings(), of_b.readings());
     let product: f64 = readings_a.iter().zip(&readings_b).map(|(a, b)| a * b).sum();
@@ -110,7 +142,7 @@ pub fn diagnose_change(
     }
     let noise = of_b.scans[0].scatter.clone();
     let observations =
-        model.beside(&of_a, &of_b, gain, &Context { common: None, ..common.clone() });
+        model.beside(&of_a, &of_b, gain, phase, &Context { common: None, ..common.clone() });
     let scored = searched(&observations, &common);
     let report = Report {
         records: [a, b],
@@ -123,6 +155,11 @@ pub fn diagnose_change(
         left_out,
     };
     Ok(report.build())
+}
+
+/// What the phases of the one scan mean; without that they are not looked at.
+fn taken_off(of: &mut Observations) -> Option<PhaseMeaning> {
+    of.scans[0].phase.take()
 }
 
 /// The scatter of B by its own repeats and dark readings; where it has none, that of A at the gain.

@@ -117,8 +117,8 @@ fn some_of(drive: &ObservedDrive, numbers: &[usize]) -> ObservedDrive {
         visits: numbers.iter().map(|&n| drive.visits[n]).collect(),
         readings: take(&drive.readings),
         stabilised: take(&drive.stabilised),
-        phases_rad: Vec::new(),
-        believed_rad: Vec::new(),
+        phases_rad: take(&drive.phases_rad),
+        believed_rad: take(&drive.believed_rad),
     }
 }
 

@@ -1,10 +1,10 @@
 //! The search for what changed: every effect of the catalogue but the simulator's own defects, the departure of one element alone, and
 //! pairs of the best.
 
-use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::effect_id::EffectId;
+use crate::effects::effect;
 use crate::effects::one_element::{ONE_ELEMENT, OneElement};
 use crate::fit::any::fit_any;
 use crate::fit::joint_fit::{Fit, SEARCH, Start};
@@ -95,34 +95,26 @@ fn with_one_element(
     }
     let held = set.fit.ids();
     let scores = ScoreStatistics::of(observations, context, &set.fit);
-    let slopes = scores.by_pressure();
-    let model = set.fit.model(context);
-    if model.depends_on_arrival() {
+    if set.fit.model(context).depends_on_arrival() {
         return Vec::new();
     }
-    let scans = observations.scans.iter().zip(&set.fit.nuisance);
-    let parts: Vec<Vec<Vec<Complex64>>> = scans
-        .flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
-        .map(|(drive, nuisance)| model.contributions(drive.driven(), &drive.visits, nuisance))
-        .collect();
-    let column = |element: usize, by: Complex64| -> Vec<f64> {
-        let parts = parts.iter().flat_map(|drive| &drive[element]);
-        slopes.iter().zip(parts).map(|(slope, part)| (slope * part * by).re).collect()
-    };
-    let best_of = |effect: &'static OneElement, by: Complex64| -> Option<ScoredModel> {
-        if held.contains(&effect.id()) {
+    let best_of = |of_one: &'static OneElement| -> Option<ScoredModel> {
+        if held.contains(&of_one.id()) {
             return None;
         }
-        let mut tried: Vec<(f64, f64, usize)> = (0..observations.elements())
-            .map(|element| {
-                let score = scores.of_columns(&[column(element, by)]);
+        let of_all = scores.columns_of(effect(of_one.id()), &vec![0.0; observations.elements()]);
+        let mut tried: Vec<(f64, f64, usize)> = of_all
+            .into_iter()
+            .enumerate()
+            .map(|(element, column)| {
+                let score = scores.of_columns(&[column]);
                 let curvature = score.curvature[(0, 0)].max(f64::MIN_POSITIVE);
                 let step = score.downhill[0] / curvature;
                 (score.downhill[0] * step, step, element)
             })
             .collect();
         tried.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let parameter = effect.parameters()[0];
+        let parameter = of_one.parameters()[0];
         tried
             .into_iter()
             .take(ELEMENTS_TRIED)
@@ -134,7 +126,7 @@ fn with_one_element(
                 let mut spreads = before.spreads.clone();
                 spreads.push(f64::NAN);
                 let start = Start {
-                    instances: extended(&before, effect, choice),
+                    instances: extended(&before, of_one, choice),
                     values,
                     spreads,
                     nuisance: Some(before.nuisance),
@@ -143,6 +135,5 @@ fn with_one_element(
             })
             .max_by(|one, other| one.log_evidence.total_cmp(&other.log_evidence))
     };
-    let by = [Complex64::ONE, Complex64::I];
-    ONE_ELEMENT.iter().zip(by).filter_map(|(effect, by)| best_of(effect, by)).collect()
+    ONE_ELEMENT.iter().filter_map(best_of).collect()
 }

@@ -34,6 +34,28 @@ pub enum RecordFault {
         /// Samples in one cycle.
         samples_a_cycle: f64,
     },
+    /// The channel of the drive's clock shows none.
+    #[error(
+        "the sync's channel shows no clock of the drives: at the carrier's frequency it has {steps:.1} steps of its converter and {share:.1} times the \
+         rms of the rest; at least 8 and 1 are needed"
+    )]
+    NoSync {
+        /// Its amplitude at the carrier's frequency, in steps of the converter.
+        steps: f64,
+        /// The same over the rms of the rest of the record.
+        share: f64,
+    },
+    /// The records of the two channels are not of the same times.
+    #[error(
+        "the two channels' records differ: {} samples {:.3} µs apart, and of the sync {} samples {:.3} µs apart",
+        samples[0], interval_s[0] * 1e6, samples[1], interval_s[1] * 1e6
+    )]
+    Unequal {
+        /// Samples of the signal and of the sync.
+        samples: [usize; 2],
+        /// Their intervals, s.
+        interval_s: [f64; 2],
+    },
 }
 
 /// To one decimal, so that a number too small does not read like the one that is needed.

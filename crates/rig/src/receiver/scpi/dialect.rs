@@ -15,7 +15,8 @@ pub(super) enum Preset {
     Keysight,
 }
 
-/// `[receiver.scpi.commands]`: each key that is given goes before the preset's. `{channel}` stands for the channel's number.
+/// `[receiver.scpi.commands]`: each key that is given goes before the preset's. `{channel}` stands for the channel's number; where there is a sync,
+/// the commands that read a record are said again with its channel, and `{channels}` stands for both (`CHAN1,CHAN2`).
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Commands {
@@ -29,6 +30,8 @@ pub(super) struct Commands {
     taken: Option<Vec<String>>,
     /// Said again as long as it has not, since nothing triggers in silence; empty: nothing is.
     force: Option<String>,
+    /// Says which channel's record is read: once, or before each of two.
+    select: Option<String>,
     /// Asks for the record's samples.
     data: Option<String>,
     /// Queries the ten numbers that scale the samples.
@@ -45,6 +48,8 @@ pub(super) struct Dialect {
     pub(super) state: String,
     pub(super) taken: Vec<String>,
     pub(super) force: String,
+    /// Said before the record is read; empty where that is not needed.
+    pub(super) select: String,
     pub(super) data: String,
     pub(super) scale: ScaleQueries,
     pub(super) error: String,
@@ -96,10 +101,16 @@ pub(super) struct Scale {
 const SIGLENT_STEPS_A_DIVISION: f64 = 25.0;
 
 impl Dialect {
-    /// The commands of a preset for a channel; `own` replaces some of them.
-    pub(super) fn new(preset: Preset, channel: u8, own: &Commands) -> Self {
+    /// The commands of a preset for a channel, where `all` channels are recorded; `own` replaces some of them.
+    pub(super) fn new(preset: Preset, channel: u8, all: &[u8], own: &Commands) -> Self {
         let mut dialect = Self::of(preset);
-        let Commands { setup, arm, state, taken, force, data, preamble, error } = own.clone();
+        let Commands { setup, arm, state, taken, force, select, data, preamble, error } =
+            own.clone();
+        dialect.select = select.unwrap_or(dialect.select);
+        if all.len() == 1 {
+            dialect.setup.insert(0, std::mem::take(&mut dialect.select));
+            dialect.setup.retain(|command| !command.is_empty());
+        }
         dialect.setup = setup.unwrap_or(dialect.setup);
         dialect.arm = arm.unwrap_or(dialect.arm);
         dialect.state = state.unwrap_or(dialect.state);
@@ -114,18 +125,19 @@ impl Dialect {
             };
             dialect.scale = ScaleQueries::Preamble { query, origin };
         }
-        dialect.of_channel(channel)
+        dialect.of_channel(channel, all)
     }
 
     fn of(preset: Preset) -> Self {
         let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
         match preset {
             Preset::Rigol => Self {
-                setup: words(&[":WAV:SOUR CHAN{channel}", ":WAV:MODE NORM", ":WAV:FORM BYTE"]),
+                setup: words(&[":WAV:MODE NORM", ":WAV:FORM BYTE"]),
                 arm: words(&[":SING"]),
                 state: ":TRIG:STAT?".to_owned(),
                 taken: words(&["STOP"]),
                 force: ":TFOR".to_owned(),
+                select: ":WAV:SOUR CHAN{channel}".to_owned(),
                 data: ":WAV:DATA?".to_owned(),
                 scale: ScaleQueries::Preamble {
                     query: ":WAV:PRE?".to_owned(),
@@ -140,6 +152,7 @@ impl Dialect {
                 state: "SAST?".to_owned(),
                 taken: words(&["Stop"]),
                 force: "FRTR".to_owned(),
+                select: String::new(),
                 data: "C{channel}:WF? DAT2".to_owned(),
                 scale: ScaleQueries::Settings {
                     volts: "C{channel}:VDIV?".to_owned(),
@@ -150,16 +163,12 @@ impl Dialect {
                 code: Code::Signed,
             },
             Preset::Keysight => Self {
-                setup: words(&[
-                    ":TRIG:SWE AUTO",
-                    ":WAV:SOUR CHAN{channel}",
-                    ":WAV:FORM BYTE",
-                    ":WAV:UNS 1",
-                ]),
-                arm: words(&[":DIG CHAN{channel}"]),
+                setup: words(&[":TRIG:SWE AUTO", ":WAV:FORM BYTE", ":WAV:UNS 1"]),
+                arm: words(&[":DIG {channels}"]),
                 state: "*OPC?".to_owned(),
                 taken: words(&["1", "+1"]),
                 force: String::new(),
+                select: ":WAV:SOUR CHAN{channel}".to_owned(),
                 data: ":WAV:DATA?".to_owned(),
                 scale: ScaleQueries::Preamble {
                     query: ":WAV:PRE?".to_owned(),
@@ -171,10 +180,14 @@ impl Dialect {
         }
     }
 
-    fn of_channel(mut self, channel: u8) -> Self {
-        let put = |word: &mut String| *word = word.replace("{channel}", &channel.to_string());
+    fn of_channel(mut self, channel: u8, all: &[u8]) -> Self {
+        let channels: Vec<String> = all.iter().map(|channel| format!("CHAN{channel}")).collect();
+        let put = |word: &mut String| {
+            let named = word.replace("{channels}", &channels.join(","));
+            *word = named.replace("{channel}", &channel.to_string());
+        };
         self.setup.iter_mut().chain(&mut self.arm).for_each(put);
-        [&mut self.state, &mut self.force, &mut self.data, &mut self.error]
+        [&mut self.state, &mut self.force, &mut self.select, &mut self.data, &mut self.error]
             .into_iter()
             .for_each(put);
         match &mut self.scale {
@@ -224,6 +237,11 @@ impl Scale {
             Code::Signed => byte.cast_signed() == i8::MIN || byte.cast_signed() == i8::MAX,
         };
         Some((self.at(code.steps(byte)), clipped))
+    }
+
+    /// Volts of one step of the converter.
+    pub(super) fn step_v(&self) -> f64 {
+        self.step_v
     }
 
     /// The amplitude that can be shown whole, V.
@@ -296,6 +314,11 @@ mod tests {
         assert!((taken(&scale, 178, Code::Unsigned).0 - 0.008).abs() < 1e-12);
         assert!(taken(&scale, 255, Code::Unsigned).1 && taken(&scale, 0, Code::Unsigned).1);
         assert!((scale.full_scale_v(Code::Unsigned) - 78.0 * 0.008).abs() < 1e-12);
+        // Of the guide of the mixed-signal models.
+        let answer = "0,2,6000000,1,1.000000e-09,-3.000000e-03,0,4.132813e-01,0,122";
+        let scale = Scale::of_preamble(answer, Origin::Steps).expect("a preamble");
+        assert_eq!((scale.interval_s, scale.step_v()), (1e-9, 0.4132813));
+        assert_eq!(scale.volts(122, Code::Unsigned), Some((0.0, false)));
     }
 
     #[test]
@@ -351,11 +374,15 @@ mod tests {
     #[test]
     fn own_commands_go_before_the_presets() {
         let own = Commands { force: Some("*TRG".to_owned()), ..Commands::default() };
-        let dialect = Dialect::new(Preset::Rigol, 3, &own);
+        let dialect = Dialect::new(Preset::Rigol, 3, &[3], &own);
         assert_eq!((dialect.force.as_str(), dialect.data.as_str()), ("*TRG", ":WAV:DATA?"));
-        assert_eq!(dialect.setup[0], ":WAV:SOUR CHAN3");
-        let siglent = Dialect::new(Preset::Siglent, 2, &Commands::default());
+        assert_eq!((dialect.setup[0].as_str(), dialect.select.as_str()), (":WAV:SOUR CHAN3", ""));
+        let first = Dialect::new(Preset::Rigol, 1, &[1, 2], &Commands::default());
+        assert_eq!((first.setup.len(), first.select.as_str()), (2, ":WAV:SOUR CHAN1"));
+        let siglent = Dialect::new(Preset::Siglent, 2, &[1, 2], &Commands::default());
         assert_eq!(siglent.data, "C2:WF? DAT2");
+        let keysight = Dialect::new(Preset::Keysight, 1, &[1, 4], &Commands::default());
+        assert_eq!(keysight.arm, [":DIG CHAN1,CHAN4"]);
     }
 
     proptest! {

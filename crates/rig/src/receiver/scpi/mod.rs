@@ -1,5 +1,5 @@
 //! An oscilloscope that speaks SCPI, over a network socket or a serial port: the receiver's raw signal, and the carrier's
-//! amplitude out of each record.
+//! amplitude out of each record; with the clock of the drives on a second channel, its phase too.
 
 mod block;
 mod dialect;
@@ -19,6 +19,8 @@ use crate::link::{ByteLink, Wire, open_serial, open_tcp};
 use block::{Block, read_block};
 use dialect::{Commands, Dialect, Preset, Scale, ScaleQueries};
 use fieldgap_input::{Frequency, Time};
+use lock_in::{Carrier, lock_in};
+use num_complex::Complex64;
 
 /// Silence after which a message without a stated length has ended.
 const QUIET: Duration = Duration::from_millis(200);
@@ -38,8 +40,13 @@ const MOST_EQUAL: u32 = 3;
 
 /// `[receiver.scpi]`: where the instrument is reached, and which command set it uses.
 #[derive(Debug, Clone, Deserialize)]
+#[serde(try_from = "Keys")]
+pub struct ScpiConfig(Keys);
+
+/// The keys as they stand in the file.
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ScpiConfig {
+struct Keys {
     /// Its network address, `192.168.1.20:5555`.
     address: Option<String>,
     /// Or its serial port; both are absent where a virtual rig gives one.
@@ -53,6 +60,8 @@ pub struct ScpiConfig {
     /// The channel that the receiver hangs on.
     #[serde(default = "first_channel")]
     channel: u8,
+    /// The channel that the clock of the drives hangs on, another than `channel`; with it readings have a phase.
+    sync_channel: Option<u8>,
     /// The carrier, Hz.
     #[serde(default = "forty_kilohertz")]
     carrier_hz: Frequency,
@@ -65,6 +74,20 @@ pub struct ScpiConfig {
     /// Commands that replace those of the dialect.
     #[serde(default)]
     commands: Commands,
+}
+
+impl TryFrom<Keys> for ScpiConfig {
+    type Error = String;
+
+    fn try_from(keys: Keys) -> Result<Self, String> {
+        match keys.sync_channel == Some(keys.channel) {
+            true => Err(format!(
+                "`sync_channel` is {}, the channel of the receiver; the clock of the drives needs one of its own",
+                keys.channel
+            )),
+            false => Ok(Self(keys)),
+        }
+    }
 }
 
 fn default_baud() -> u32 {
@@ -85,9 +108,10 @@ fn five_seconds() -> Time {
 
 impl ScpiConfig {
     pub(crate) async fn open(&self, port: Option<&str>) -> Result<Box<dyn Receiver>, RigError> {
+        let keys = &self.0;
         let address = match port {
             Some(chosen) => is_address(chosen).then_some(chosen),
-            None => self.address.as_deref(),
+            None => keys.address.as_deref(),
         };
         Ok(match address {
             Some(address) => {
@@ -95,7 +119,7 @@ impl ScpiConfig {
                 Box::new(ScpiReceiver::begin(wire, self).await?)
             }
             None => {
-                let wire = open_serial(Role::Receiver, port, self.port.as_deref(), self.baud)?;
+                let wire = open_serial(Role::Receiver, port, keys.port.as_deref(), keys.baud)?;
                 Box::new(ScpiReceiver::begin(wire, self).await?)
             }
         })
@@ -115,6 +139,8 @@ pub struct ScpiReceiver<L> {
     identity: ReceiverIdentity,
     name: String,
     dialect: Dialect,
+    /// The commands for the channel of the sync.
+    sync: Option<Dialect>,
     carrier_hz: f64,
     within: Duration,
     began: Instant,
@@ -124,10 +150,18 @@ pub struct ScpiReceiver<L> {
     before: Vec<u8>,
 }
 
+/// The samples of one channel.
+#[derive(Debug, Clone)]
+struct Trace {
+    samples: Vec<u8>,
+    scale: Scale,
+}
+
 /// One record.
 #[derive(Debug, Clone, Copy)]
 struct Shot {
-    amplitude_v: f64,
+    /// Peak amplitude, V, with its phase against the sync where there is one.
+    amplitude_v: Complex64,
     clipped: bool,
     full_scale_v: f64,
     taken_s: f64,
@@ -138,8 +172,12 @@ impl<L: ByteLink> ScpiReceiver<L> {
     ///
     /// # Errors
     /// That it does not answer, refuses a command, or takes records that cannot show the carrier.
-    pub async fn begin(wire: Wire<L>, config: &ScpiConfig) -> Result<Self, RigError> {
-        let mut dialect = Dialect::new(config.dialect, config.channel, &config.commands);
+    pub async fn begin(wire: Wire<L>, ScpiConfig(config): &ScpiConfig) -> Result<Self, RigError> {
+        let all: Vec<u8> =
+            [Some(config.channel), config.sync_channel].into_iter().flatten().collect();
+        let of_channel =
+            |channel: u8| Dialect::new(config.dialect, channel, &all, &config.commands);
+        let mut dialect = of_channel(config.channel);
         dialect.setup.extend(config.setup.iter().cloned());
         let within = Duration::try_from_secs_f64(config.answer_within_s.get());
         let mut receiver = Self {
@@ -149,10 +187,11 @@ impl<L: ByteLink> ScpiReceiver<L> {
                 full_scale: 1.0,
                 unit: "V".to_owned(),
                 own_clock: false,
-                phase: false,
+                phase: config.sync_channel.is_some(),
             },
             name: String::new(),
             dialect,
+            sync: config.sync_channel.map(of_channel),
             carrier_hz: config.carrier_hz.get(),
             within: within.unwrap_or(Duration::MAX),
             began: Instant::now(),
@@ -260,37 +299,69 @@ impl<L: ByteLink> ScpiReceiver<L> {
             }
             let was_armed = self.wait_until_taken().await?;
             let taken_s = self.began.elapsed().as_secs_f64();
-            let scale = self.scale().await?;
-            let question = self.dialect.data.clone();
-            self.send(&question).await?;
-            let samples = self.block().await?;
+            let trace = self.trace(&self.dialect.clone()).await?;
             // Two records differ by their noise and by their phase. An instrument that was never seen to wait or to take one
             // may still hand out the last.
-            let is_new = was_armed || samples != self.before;
-            self.before.clone_from(&samples);
+            let is_new = was_armed || trace.samples != self.before;
+            self.before.clone_from(&trace.samples);
             if is_new {
+                // Both channels stand still until they are armed again.
+                let sync = match self.sync.clone() {
+                    Some(dialect) => Some(self.trace(&dialect).await?),
+                    None => None,
+                };
                 self.in_step = true;
-                return self.evaluate(&samples, scale, taken_s);
+                return self.evaluate(&trace, sync.as_ref(), taken_s);
             }
         }
         let seen = format!("the same record {MOST_EQUAL} times: the instrument takes no new one");
         Err(self.wire.error(Cause::Unreadable { seen }))
     }
 
-    fn evaluate(&self, samples: &[u8], scale: Scale, taken_s: f64) -> Result<Shot, RigError> {
+    /// Reads one channel of the record that was taken.
+    async fn trace(&mut self, of: &Dialect) -> Result<Trace, RigError> {
+        if !of.select.is_empty() {
+            self.send(&of.select).await?;
+        }
+        let scale = self.scale(&of.scale).await?;
+        self.send(&of.data).await?;
+        Ok(Trace { samples: self.block().await?, scale })
+    }
+
+    fn evaluate(
+        &self,
+        trace: &Trace,
+        sync: Option<&Trace>,
+        taken_s: f64,
+    ) -> Result<Shot, RigError> {
+        let fault = |fault| self.wire.error(Cause::Record(fault));
+        let (carrier, clipped) = self.carrier(trace).map_err(fault)?;
+        let amplitude_v = match sync {
+            None => carrier.amplitude,
+            Some(sync) => {
+                let samples = [trace, sync].map(|trace| trace.samples.len());
+                let interval_s = [trace, sync].map(|trace| trace.scale.interval_s);
+                if samples[0] != samples[1] || interval_s[0] != interval_s[1] {
+                    return Err(fault(RecordFault::Unequal { samples, interval_s }));
+                }
+                // A clipped clock is as good as a square wave.
+                let (clock, _) = self.carrier(sync).map_err(fault)?;
+                carrier.against(clock, sync.scale.step_v()).map_err(fault)?
+            }
+        };
+        let full_scale_v = trace.scale.full_scale_v(self.dialect.code);
+        Ok(Shot { amplitude_v, clipped, full_scale_v, taken_s })
+    }
+
+    /// The carrier in a trace, and whether the trace is clipped.
+    fn carrier(&self, Trace { samples, scale }: &Trace) -> Result<(Carrier, bool), RecordFault> {
         let code = self.dialect.code;
         let taken: Option<Vec<(f64, bool)>> =
             samples.iter().map(|&byte| scale.volts(byte, code)).collect();
-        let volts = taken.ok_or_else(|| self.wire.error(Cause::Record(RecordFault::Hole)))?;
+        let volts = taken.ok_or(RecordFault::Hole)?;
         let values: Vec<f64> = volts.iter().map(|(volts, _)| *volts).collect();
-        let amplitude_v = lock_in::lock_in(&values, scale.interval_s, self.carrier_hz)
-            .map_err(|fault| self.wire.error(Cause::Record(fault)))?;
-        Ok(Shot {
-            amplitude_v,
-            clipped: volts.iter().any(|(_, clipped)| *clipped),
-            full_scale_v: scale.full_scale_v(code),
-            taken_s,
-        })
+        let carrier = lock_in(&values, scale.interval_s, self.carrier_hz)?;
+        Ok((carrier, volts.iter().any(|(_, clipped)| *clipped)))
     }
 
     /// Waits for the end of the record. Returns whether the instrument was seen to wait for it or to take it, so that the end is
@@ -320,15 +391,15 @@ impl<L: ByteLink> ScpiReceiver<L> {
         }
     }
 
-    async fn scale(&mut self) -> Result<Scale, RigError> {
-        let (scale, seen) = match self.dialect.scale.clone() {
+    async fn scale(&mut self, queries: &ScaleQueries) -> Result<Scale, RigError> {
+        let (scale, seen) = match queries {
             ScaleQueries::Preamble { query, origin } => {
-                let answer = self.ask(&query).await?;
-                (Scale::of_preamble(&answer, origin), answer)
+                let answer = self.ask(query).await?;
+                (Scale::of_preamble(&answer, *origin), answer)
             }
             ScaleQueries::Settings { volts, offset, rate } => {
-                let (volts, offset) = (self.ask(&volts).await?, self.ask(&offset).await?);
-                let rate = self.ask(&rate).await?;
+                let (volts, offset) = (self.ask(volts).await?, self.ask(offset).await?);
+                let rate = self.ask(rate).await?;
                 (Scale::of_settings(&volts, &offset, &rate), format!("{volts}, {offset}, {rate}"))
             }
         };
@@ -388,7 +459,14 @@ impl<L: ByteLink> Receiver for ScpiReceiver<L> {
         let mut tally = ReadingBuilder::default();
         for _ in 0..count {
             let shot = self.shot().await?;
-            tally.add((shot.taken_s * 1e6).round() as u64, shot.amplitude_v, shot.clipped);
+            let (t_us, amplitude_v) = ((shot.taken_s * 1e6).round() as u64, shot.amplitude_v);
+            match self.sync {
+                Some(_) => {
+                    let parts = [amplitude_v.re, amplitude_v.im];
+                    tally.add_with_phase(t_us, parts, shot.clipped);
+                }
+                None => tally.add(t_us, amplitude_v.norm(), shot.clipped),
+            }
         }
         tally.finish(0).ok_or_else(|| self.wire.error(Cause::NoReadings { asked: count }))
     }

@@ -33,6 +33,18 @@ enum Fault {
     NeverArms,
     /// Its signal triggers at once, so that it is never seen to wait.
     TriggersAtOnce,
+    /// Nothing hangs on the second channel.
+    NoSync,
+    /// What hangs there is two steps high.
+    WeakSync,
+    /// What hangs there is noise.
+    NoisySync,
+    /// The second channel's record is shorter than the first's.
+    ShorterSync,
+    /// The second channel's block ends early.
+    ShortSyncBlock,
+    /// The second channel's preamble has nine numbers.
+    NoSyncScale,
 }
 
 /// An oscilloscope with 25 steps a division of 0.1 V, 1 µs apart, which sees a carrier of 0.8 V on 0.05 V.
@@ -41,6 +53,8 @@ struct Instrument {
     fault: Fault,
     armed: bool,
     told_to_arm: Option<Instant>,
+    /// The channel whose record is read.
+    source: u8,
     /// Records that were taken.
     taken: u32,
     records: u32,
@@ -98,7 +112,15 @@ impl Instrument {
             }
             ":SYST:ERR?" => text(&self.errors.pop().unwrap_or("0,\"No error\"".to_owned())),
             "CMR?" => text(if self.errors.pop().is_some() { "CMR 1" } else { "CMR 0" }),
-            ":SING" | "ARM" | ":DIG CHAN1" => {
+            ":WAV:SOUR CHAN1" => {
+                self.source = 1;
+                None
+            }
+            ":WAV:SOUR CHAN2" => {
+                self.source = 2;
+                None
+            }
+            ":SING" | "ARM" | ":DIG CHAN1" | ":DIG CHAN1,CHAN2" => {
                 self.told_to_arm = Some(Instant::now());
                 self.arm_if_due();
                 None
@@ -111,7 +133,15 @@ impl Instrument {
             ":TRIG:STAT?" => text(if self.armed { "WAIT" } else { "STOP" }),
             "SAST?" => text(if self.armed { "SAST Ready" } else { "SAST Stop" }),
             "*OPC?" => text("1"),
-            ":WAV:PRE?" => text(&format!("0,0,{},1,1e-6,0,0,0.004,10,127", self.points())),
+            ":WAV:PRE?" if self.source == 1 => {
+                text(&format!("0,0,{},1,1e-6,0,0,0.004,10,127", self.points()))
+            }
+            ":WAV:PRE?" if self.fault == Fault::NoSyncScale => text("0,0,333,1,1e-6,0,0,0.04,0"),
+            ":WAV:PRE?" => text("0,0,333,1,1e-6,0,0,0.04,0,127"),
+            "C2:VDIV?" => text("1.00E+00V"),
+            "C2:OFST?" => text("0.00E+00V"),
+            "C2:WF? DAT2" => Some([b"DAT2,", &*self.sync(0.0), b"\n"].concat()),
+            ":WAV:DATA?" if self.source == 2 => Some(self.sync(127.0)),
             "C1:VDIV?" => text("1.00E-01V"),
             "C1:OFST?" => text("-4.00E-02V"),
             "SARA?" => text("1.00MSa/s"),
@@ -123,6 +153,25 @@ impl Instrument {
 
     fn points(&self) -> usize {
         if self.fault == Fault::ShortRecord { 60 } else { 333 }
+    }
+
+    /// The clock of the drives, a square wave of 2.5 V whose edges take 2 µs; the signal is 0.9 rad ahead of it.
+    fn sync(&self, zero: f64) -> Vec<u8> {
+        let samples: Vec<u8> = (0..if self.fault == Fault::ShorterSync { 300 } else { 333 })
+            .map(|n| {
+                let turn = TAU * 40e3 * 1e-6 * f64::from(n) + f64::from(self.taken) - 0.2;
+                let volts = match self.fault {
+                    Fault::NoSync => 0.0,
+                    Fault::WeakSync => 0.08 * turn.sin(),
+                    // A multiplicative sequence, without order at the carrier's frequency.
+                    Fault::NoisySync => f64::from(n * n * 7919 % 251) / 50.0 - 2.5,
+                    _ => 2.5 * (4.0 * turn.sin()).clamp(-1.0, 1.0),
+                };
+                ((volts / 0.04 + zero).round() as i16).to_le_bytes()[0]
+            })
+            .collect();
+        let stated = samples.len() + if self.fault == Fault::ShortSyncBlock { 100 } else { 0 };
+        [format!("#9{stated:09}").as_bytes(), &samples, b"\n"].concat()
     }
 
     /// 333 samples are 13.32 cycles.
@@ -158,6 +207,7 @@ async fn opened(fault: Fault, keys: &str) -> Result<ScpiReceiver<DuplexStream>, 
         fault,
         armed: false,
         told_to_arm: None,
+        source: 1,
         taken: 0,
         records: 0,
         errors: Vec::new(),
@@ -182,6 +232,69 @@ async fn the_carrier_is_read_in_every_makers_words() {
         assert!((reading.mean - 0.4).abs() < 1e-3, "{dialect}: {reading:?}");
         assert_eq!((reading.count, reading.clipped, reading.gaps), (3, false, 0));
         assert!(!receiver.identity().own_clock);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_phase_is_read_against_the_drives_clock_in_every_makers_words() {
+    for dialect in ["rigol", "siglent", "keysight"] {
+        let keys = format!("dialect = \"{dialect}\"\nsync_channel = 2");
+        let mut receiver = opened(Fault::None, &keys).await.expect(dialect);
+        assert!(receiver.identity().phase && receiver.identity().unit == "V");
+        assert!((receiver.identity().full_scale - receiver_full_scale(dialect)).abs() < 1e-9);
+        for _ in 0..3 {
+            // Each record begins at another phase of the clock.
+            let reading = receiver.read_point(SETTLE, 2).await.expect("it answers");
+            assert!((reading.mean - 0.4).abs() < 2e-3, "{dialect}: {reading:?}");
+            // Ahead in time is less in exp(-iωt).
+            let phase_rad = reading.phase_rad.expect("a phase");
+            assert!((phase_rad + 0.9).abs() < 0.01, "{dialect}: {reading:?}");
+            assert_eq!((reading.count, reading.clipped), (2, false));
+        }
+    }
+}
+
+/// That of the signal's channel, not of the clock's.
+fn receiver_full_scale(dialect: &str) -> f64 {
+    match dialect {
+        "rigol" => 118.0 * 0.004,
+        "siglent" => 128.0 * 0.004 - 0.04,
+        // The ninth number, 10, is in volts there.
+        _ => (1.0f64 - 127.0) * 0.004 + 10.0,
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_clock_that_is_none_is_told() {
+    for (fault, words) in [
+        (Fault::NoSync, "shows no clock"),
+        (Fault::WeakSync, "2.0 steps"),
+        (Fault::NoisySync, "shows no clock"),
+        (Fault::ShorterSync, "of the sync 300 samples"),
+    ] {
+        let error = opened(fault, "sync_channel = 2").await.expect_err("no clock");
+        assert!(matches!(error.cause(), Cause::Record(_)), "{fault:?}: {error}");
+        assert!(error.to_string().contains(words), "{fault:?}: {error}");
+        assert!(error.remedy().contains("sync_channel"), "{}", error.remedy());
+        // Without the key nobody asks for it.
+        opened(fault, "").await.expect("the signal is there");
+    }
+    let error = opened(Fault::NoSyncScale, "sync_channel = 2").await.expect_err("nine numbers");
+    assert!(matches!(error.cause(), Cause::Unreadable { .. }), "{error}");
+    let keys = "sync_channel = 2\nanswer_within_s = 2.0";
+    let error = opened(Fault::ShortSyncBlock, keys).await.expect_err("a block cut short");
+    assert!(matches!(error.cause(), Cause::Silent { .. }), "{error}");
+}
+
+#[test]
+fn the_clock_has_a_channel_of_its_own() {
+    let read = |keys: &str| {
+        toml_text::<ScpiConfig>(std::path::Path::new("rig.toml"), keys).map_err(|e| e.to_string())
+    };
+    assert!(read("channel = 2\nsync_channel = 1").is_ok());
+    for keys in ["sync_channel = 1", "channel = 3\nsync_channel = 3"] {
+        let error = read(keys).expect_err("one channel");
+        assert!(error.contains("sync_channel"), "{error}");
     }
 }
 

@@ -181,9 +181,10 @@ impl ReportBuilder<'_> {
 
     fn noise(&self) -> Noise {
         let scatter = &self.observations.scans[0].scatter;
-        let source = match scatter.pairs.is_empty() {
-            true => NoiseSource::Residual,
-            false => NoiseSource::Repeats,
+        let source = match (scatter.is_told_by_repeats(), scatter.told_by_map) {
+            (true, _) => NoiseSource::Repeats,
+            (false, true) => NoiseSource::Maps,
+            (false, false) => NoiseSource::Residual,
         };
         Noise { additive: scatter.additive, multiplicative: scatter.share, source }
     }

@@ -9,7 +9,9 @@ use fieldgap_text::{fixed, paragraph, percent, significant, table, table_rows};
 pub use standing::Standing;
 
 use crate::effect_id::joined;
-use crate::result::{Candidate, Diagnosis, PhaseFigures, PlaneShare, Region, Remainder, Verdict};
+use crate::result::{
+    Candidate, Diagnosis, PhaseFigures, PlaneShare, Region, Remainder, Verdict,
+};
 
 /// More heights than these are not listed; those with the largest shares are.
 const MOST_HEIGHTS: usize = 12;
@@ -308,6 +310,9 @@ fn noise(noise: &Noise, unit: &str) -> String {
     let source = match noise.source {
         NoiseSource::Repeats => "from points measured several times",
         NoiseSource::SilentReadings => "from dark readings",
+        NoiseSource::Maps => {
+            "from what the maps hold beyond the wavenumber, as nothing was read twice"
+        }
         NoiseSource::Residual => "upper bound, from the residual of the simulation",
     };
     format!("{}{multiplicative}, {source}", additive.trim_end())

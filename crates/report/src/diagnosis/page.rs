@@ -147,6 +147,7 @@ fn registration_and_noise(diagnosis: &Diagnosis) -> Markup {
     let source = match noise.source {
         NoiseSource::Repeats => "points measured several times",
         NoiseSource::SilentReadings => "readings with the array silent",
+        NoiseSource::Maps => "what the maps hold beyond the wavenumber, as nothing was read twice",
         NoiseSource::Residual => "the residual of the simulation, an upper bound",
     };
     let level = format!("{} {}", significant(noise.additive, 3), diagnosis.reading_unit);

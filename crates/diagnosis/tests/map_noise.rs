@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use fieldgap_acoustics::{Simulation, Vec3};
+use fieldgap_acoustics::{Array, Element, Simulation, Vec3};
 use fieldgap_comparison::{NoiseSource, PlaneNoise};
-use fieldgap_diagnosis::{EffectId, Options, diagnose_with};
+use fieldgap_diagnosis::{EffectId, Options, Verdict, diagnose, diagnose_with};
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
@@ -23,12 +23,12 @@ struct Plane {
     noise: [f64; 2],
 }
 
-fn setup(is_focused: bool) -> ScanSetup {
+fn setup(side: usize, is_focused: bool) -> ScanSetup {
     let focus =
         if is_focused { "x_mm = 8.0\ny_mm = 14.0\nz_mm = 80.0" } else { "phases = \"all-zero\"" };
     let text = format!(
         "format = 1\nname = \"plane\"\nrecorded = 2026-11-20T17:00:00Z\nreading = \"V\"\n[array]\nfrequency_hz = 40000.0\n\
-         layout = \"square\"\ncolumns = 6\nrows = 6\nelement_diameter_mm = 10.5\nspacing_mm = 0.0\n[medium]\n\
+         layout = \"square\"\ncolumns = {side}\nrows = {side}\nelement_diameter_mm = 10.5\nspacing_mm = 0.0\n[medium]\n\
          speed_of_sound_m_s = 343.0\n[simulator]\nmodel = \"piston\"\n[[focus]]\n{focus}\n"
     );
     ScanSetup::parse(&TomlSource::new(Path::new("scan.toml"), text)).expect("a setup")
@@ -37,8 +37,18 @@ fn setup(is_focused: bool) -> ScanSetup {
 impl Plane {
     /// With noise of this seed; the causes are drawn alike.
     fn read(self, causes: &str, seed: u64) -> RecordedScan {
-        let setup = setup(self.is_focused);
-        let believed: Simulation = setup.simulation(setup.simulator, 0).expect("a focus");
+        let setup = setup(6, self.is_focused);
+        let truth: Simulation = setup.simulation(setup.simulator, 0).expect("a focus");
+        self.read_of(setup, &truth, causes, seed)
+    }
+
+    fn read_of(
+        self,
+        setup: ScanSetup,
+        truth: &Simulation,
+        causes: &str,
+        seed: u64,
+    ) -> RecordedScan {
         let centre = 0.5 * (self.points as f64 - 1.0);
         let visits: Vec<Visit> = (0..self.points * self.points)
             .map(|n| {
@@ -54,7 +64,7 @@ impl Plane {
             })
             .collect();
         let causes: toml::Table = causes.parse().expect("TOML");
-        let levels = noise_free_readings(&believed, &causes, 1.0, &visits, 7).expect("valid");
+        let levels = noise_free_readings(truth, &causes, 1.0, &visits, 7).expect("valid");
         let rms = (levels.iter().map(|a| a * a).sum::<f64>() / levels.len() as f64).sqrt();
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
@@ -139,6 +149,37 @@ fn coarse_planes_and_planes_with_repeats_keep_their_own_noise() {
     let (noise, source) = noise_told(repeated);
     assert_eq!(source, NoiseSource::Repeats);
     assert!((noise / DENSE.truth() - 1.0).abs() < 0.4, "{noise}");
+}
+
+/// An array of 121 elements with gains and phases of their own: too many for the catalogue.
+#[test]
+#[ignore = "the search of the catalogue takes a minute"]
+fn elements_that_no_effect_tells_are_told_by_all_readings_of_a_dense_plane() {
+    let plane = Plane { points: 58, noise: [0.02, 0.0], ..DENSE };
+    let setup = setup(11, false);
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let believed = setup.array.array().elements().to_vec();
+    let elements = believed.into_iter().map(|element| Element {
+        amplitude: 1.0 + 0.1 * normal(),
+        phase_rad: 0.2 * normal(),
+        ..element
+    });
+    let truth = Simulation {
+        array: Array::from_elements(elements.collect()).expect("elements"),
+        ..setup.simulation(setup.simulator, 0).expect("a drive")
+    };
+    let scan = plane.read_of(setup, &truth, "", 1);
+    let diagnosis = diagnose(&[scan], None).expect("comparable");
+    assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.to_text());
+    assert_eq!(diagnosis.points, 58 * 58);
+    let elements = diagnosis.elements.as_ref().expect("dense and wide");
+    assert!(elements.is_borne_out && elements.gap_after < 1.2 * plane.truth(), "{elements:?}");
+    assert!(elements.gap_after_held_out < 0.4 * elements.gap_before_held_out, "{elements:?}");
+    assert!((elements.spread.gain / 0.1 - 1.0).abs() < 0.4, "{elements:?}");
+    let sentence = "What each of the 121 elements emits explains";
+    assert!(diagnosis.sentence.contains(sentence), "{}", diagnosis.sentence);
+    assert!(diagnosis.to_text().contains("every fifth block of 24 mm, 2.8 wavelengths"));
 }
 
 const CAUSES: [&str; 5] = [

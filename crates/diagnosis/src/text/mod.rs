@@ -1,6 +1,7 @@
 //! A diagnosis as text for a terminal. (JSON is the diagnosis itself, serialised.)
 
 mod cause;
+mod elements;
 mod parameter;
 mod standing;
 
@@ -10,7 +11,7 @@ pub use standing::Standing;
 
 use crate::effect_id::joined;
 use crate::result::{
-    Candidate, Diagnosis, PhaseFigures, PlaneShare, Region, Remainder, Verdict,
+    Candidate, Diagnosis, ElementsAccount, PhaseFigures, PlaneShare, Region, Remainder, Verdict,
 };
 
 /// More heights than these are not listed; those with the largest shares are.
@@ -36,6 +37,7 @@ impl Diagnosis {
             paragraph(&self.sentence, 0, 0),
             self.what_was_diagnosed(),
             self.gaps(),
+            self.elements.as_ref().map_or(String::new(), ElementsAccount::to_text),
             self.candidates(),
             self.where_it_lies(),
             self.residual_structure(),

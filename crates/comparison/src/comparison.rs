@@ -56,6 +56,8 @@ pub enum NoiseSource {
     Repeats,
     /// Readings with the array silent; no repeats.
     SilentReadings,
+    /// What the maps of dense planes hold beyond the wavenumber; no repeats.
+    Maps,
     /// The finest structure of the residual: an upper bound, as it contains some of the gap.
     Residual,
 }

@@ -94,6 +94,7 @@ fn repeatability(peak: Uncertain, source: NoiseSource) -> Line {
     let (what, kind) = match source {
         NoiseSource::Repeats => ("repeatability", Kind::A),
         NoiseSource::SilentReadings => ("noise, from silent readings", Kind::A),
+        NoiseSource::Maps => ("noise, from the maps", Kind::A),
         NoiseSource::Residual => ("noise, at most: from the residual", Kind::B),
     };
     let relative = peak.standard_error / peak.value;

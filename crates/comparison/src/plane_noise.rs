@@ -10,6 +10,18 @@
 //!
 //! What is tied from reading to reading is not white, and only its quick part is seen: it is underestimated.
 
+use fieldgap_records::{OFF_LINE_MM, Plane, RecordedScan, SAME_HEIGHT_MM, plane_map};
+
+/// Largest step of a recorded plane, in wavelengths. Sixth differences along both axes then keep less than a hundredth of the power of what reaches
+/// 1.4 k, as far as arrays that are seen under 45 degrees to either side do.
+const COARSEST: f64 = 0.25;
+
+/// Points along the shorter side of a recorded plane, at least: differences of fifth order then have enough points.
+const FEWEST_ALONG: usize = 20;
+
+/// Equal largest readings from which on they are a full scale, where no noise shows: four equal ones do not happen by chance.
+const AT_FULL_SCALE: usize = 4;
+
 /// Largest order of the differences: with it a field of 40 kHz leaves less than a percent of noise at a step of 2 mm.
 const ORDER: usize = 6;
 
@@ -21,6 +33,12 @@ const ENOUGH: usize = 30;
 
 /// Steps of the search; each comes nearer by a constant share.
 const STEPS: usize = 60;
+
+/// Standard deviations from which on a difference stands out: of normal noise one in a hundred million.
+const STANDING_OUT: f64 = 6.0;
+
+/// Rounds in which those that stand out are left out. What is left shows the next.
+const CLEANINGS: usize = 6;
 
 /// If the noise by the order below is larger by this, the field itself is still in the differences.
 const STILL_FIELD: f64 = 1.2;
@@ -39,6 +57,30 @@ pub struct PlaneNoise {
 }
 
 impl PlaneNoise {
+    /// The noise of a reading of a recorded scan, from its planes with steps up to a quarter of the wavelength along both axes and 20 points or more
+    /// along each. `None` if it has none.
+    pub fn of_scan(scan: &RecordedScan) -> Option<Self> {
+        let setup = &scan.setup;
+        let wavelength_m = setup.medium.medium().wavelength_m(setup.array.frequency_hz());
+        let coarsest_mm = COARSEST * wavelength_m * 1e3;
+        let full_scale = full_scale(scan);
+        let maps: Vec<(Vec<f64>, usize)> = scan
+            .planes(SAME_HEIGHT_MM)
+            .into_iter()
+            .filter_map(|mut plane: Plane<'_>| {
+                plane.samples.retain(|sample| sample.reading < full_scale);
+                let mapped = plane_map(&plane, OFF_LINE_MM).ok()?;
+                let (columns, rows) = (mapped.map.x_m().len(), mapped.map.y_m().len());
+                let is_dense = mapped.step_mm.iter().all(|step_mm| *step_mm <= coarsest_mm);
+                let is_large = columns.min(rows) >= FEWEST_ALONG;
+                (is_dense && is_large).then(|| (mapped.map.values().to_vec(), columns))
+            })
+            .collect();
+        let maps: Vec<(&[f64], usize)> =
+            maps.iter().map(|(map, columns)| (&map[..], *columns)).collect();
+        Self::of(&maps)
+    }
+
     /// The noise of maps, each row by row with its number of columns; NaN where nothing was read. `None` if they are too small.
     pub fn of(maps: &[(&[f64], usize)]) -> Option<Self> {
         let side = maps.iter().map(|&(map, columns)| columns.min(map.len() / columns.max(1)));
@@ -49,7 +91,7 @@ impl PlaneNoise {
         let [noise, below] = [order, order - 1].map(|order| {
             let differences: Vec<Difference> =
                 maps.iter().flat_map(|(map, columns)| differences(map, *columns, order)).collect();
-            parts(&differences)
+            parts(differences)
         });
         let ([additive, proportional], [below_additive, below_proportional]) = (noise?, below?);
         let driven = || maps.iter().flat_map(|(map, _)| map.iter()).filter(|a| !a.is_nan());
@@ -64,6 +106,16 @@ impl PlaneNoise {
             relative: (variance / power).sqrt(),
             is_bound: below_additive + below_proportional * power > STILL_FIELD.powi(2) * variance,
         })
+    }
+}
+
+/// The largest reading, if several equal it; infinite otherwise.
+fn full_scale(scan: &RecordedScan) -> f64 {
+    let readings = || scan.samples.iter().map(|sample| sample.reading);
+    let largest = readings().fold(0.0, f64::max);
+    match readings().filter(|&reading| reading == largest).count() >= AT_FULL_SCALE {
+        true => largest,
+        false => f64::INFINITY,
     }
 }
 
@@ -107,8 +159,24 @@ fn differences(map: &[f64], columns: usize, order: usize) -> Vec<Difference> {
     found
 }
 
-/// The squares of both parts of the noise.
-fn parts(differences: &[Difference]) -> Option<[f64; 2]> {
+/// The squares of both parts of the noise. Differences that stand out are left out: a click is no noise.
+fn parts(mut differences: Vec<Difference>) -> Option<[f64; 2]> {
+    let mut found = likeliest(&differences)?;
+    for _ in 0..CLEANINGS {
+        let before = differences.len();
+        differences.retain(|d| {
+            let expected = found[0] * d.second + found[1] * d.fourth;
+            d.variance <= STANDING_OUT.powi(2) * expected
+        });
+        if differences.len() == before {
+            break;
+        }
+        found = likeliest(&differences)?;
+    }
+    Some(found)
+}
+
+fn likeliest(differences: &[Difference]) -> Option<[f64; 2]> {
     if differences.len() < ENOUGH {
         return None;
     }
@@ -237,6 +305,17 @@ mod tests {
         read[30] = f64::NAN;
         let found = PlaneNoise::of(&[(&read, 20)]).expect("most of it is there");
         assert!((found.relative / truth - 1.0).abs() < 0.4, "{found:?}");
+    }
+
+    #[test]
+    fn clicks_are_no_noise() {
+        let (mut read, truth) = noisy(&field(45, 1.4e-3, None), 0.02, 0.0, 3);
+        let rms = (read.iter().map(|a| a * a).sum::<f64>() / read.len() as f64).sqrt();
+        for n in [300, 1012, 1500, 1777] {
+            read[n] += 2.0 * rms;
+        }
+        let found = PlaneNoise::of(&[(&read, 45)]).expect("large enough");
+        assert!((found.relative / truth - 1.0).abs() < 0.15, "{found:?}");
     }
 
     proptest! {

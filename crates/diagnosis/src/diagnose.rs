@@ -10,12 +10,13 @@ use rayon::prelude::*;
 use crate::advice::found_field::FoundField;
 use crate::advice::outlook::{Outlook, PossibleReading, outlook};
 use crate::effect_id::EffectId;
+use crate::elements_account::account;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
 use crate::joint::many_causes::{of_many_causes, ranked, rivals_of_many};
 use crate::limits::{
-    ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, NOISE_CHANGED, NOISE_MISJUDGED,
-    NOISE_ROUNDS, READINGS_OF_A_SEARCH,
+    ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, MOST_ELEMENTS, NOISE_CHANGED,
+    NOISE_MISJUDGED, NOISE_ROUNDS, READINGS_OF_A_SEARCH,
 };
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
@@ -26,12 +27,12 @@ use crate::noise::settle::settle_scatter;
 use crate::preparation::Prepared;
 use crate::report::builder::ReportBuilder;
 use crate::residual_structure::ResidualStructure;
-use crate::result::{Diagnosis, Verdict};
+use crate::result::{Diagnosis, ElementsAccount, Verdict};
 use crate::selection::model_search::{ModelSearch, in_question};
 use crate::selection::scored_model::{ScoredModel, believed, is_near, leaves_noise};
 use crate::verdict::fresh::{CorrectedTest, FreshReadings, FreshTest};
-use crate::verdict::gap_size::as_believed;
-use crate::verdict::judgement::judge;
+use crate::verdict::gap_size::{as_believed, noise_floor};
+use crate::verdict::judgement::{Judgement, judge};
 
 /// How a diagnosis is made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -80,6 +81,7 @@ pub struct LiveSets {
 pub struct Findings<'s> {
     report: ReportBuilder<'s>,
     registration: Registration,
+    elements: Option<ElementsAccount>,
 }
 
 impl<'s> Findings<'s> {
@@ -133,7 +135,20 @@ impl<'s> Findings<'s> {
             (structure, judgement)
         };
         let (mut scored, (mut structure, mut judgement)) = (scored.clone(), judged(&scored));
-        let many_may_act = !options.few_causes && !judgement.too_faint;
+        let asks_for_elements = |judgement: &Judgement| {
+            judgement.verdict == Verdict::Unexplained
+                && !judgement.too_faint
+                && !options.few_causes
+                && options.effects.is_none()
+                && observations.scans.iter().all(|scan| scan.scatter.told_by_map)
+        };
+        let account = || {
+            let [scan] = scans else { return None };
+            account(scan, simulator, &registrations[0], noise_floor(&observations))
+        };
+        let takes_the_place = tells_elements(&observations) && asks_for_elements(&judgement);
+        let mut elements = if takes_the_place { account() } else { None };
+        let many_may_act = !options.few_causes && !judgement.too_faint && elements.is_none();
         if judgement.verdict == Verdict::Unexplained && many_may_act {
             let many = of_many_causes(&scored[0], &base, &observations, &context);
             let some = many.map(|many| (ranked(scored.clone(), vec![many.clone()]), many));
@@ -147,10 +162,13 @@ impl<'s> Findings<'s> {
                 }
             }
         }
+        if elements.is_none() && asks_for_elements(&judgement) {
+            elements = account();
+        }
         let registration = registrations.swap_remove(0);
         let report =
             ReportBuilder { scans, simulator, observations, context, scored, structure, judgement };
-        Ok(Self { report, registration })
+        Ok(Self { report, registration, elements })
     }
 
     /// The verdict.
@@ -222,7 +240,12 @@ impl<'s> Findings<'s> {
 
     /// The whole diagnosis.
     pub fn diagnosis(&self) -> Diagnosis {
-        self.report.build(self.registration.clone())
+        let mut diagnosis = self.report.build(self.registration.clone());
+        if let Some(elements) = &self.elements {
+            diagnosis.sentence += &elements.in_short();
+            diagnosis.elements = Some(elements.clone());
+        }
+        diagnosis
     }
 }
 
@@ -264,10 +287,25 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
             search = search.on_all(&some, context).and_on(&some, context);
         }
     }
+    if tells_elements(observations) && !is_near(&search.scored[0].fit, &some) {
+        // More readings do not bring a set near that is far from many.
+        let few = in_question(&search.scored);
+        return ModelSearch::fitted_to(few, observations, context).found();
+    }
     if some.len() < observations.len() {
         search = search.on_all(observations, context).and_on(observations, context);
     }
     search.found()
+}
+
+/// Whether dense planes of one scan of an array that is too large for departures of single elements in the catalogue tell what each emits. The account
+/// of the elements then takes the place of fits of all effects to all readings, which take minutes.
+fn tells_elements(observations: &Observations) -> bool {
+    let [scan] = &observations.scans[..] else { return false };
+    let elements = observations.elements();
+    scan.scatter.told_by_map
+        && elements > MOST_ELEMENTS
+        && scan.len() > MOST_ELEMENT_READINGS / elements
 }
 
 /// Leaves out the readings that stand out of what these expected readings leave; whether there are any.

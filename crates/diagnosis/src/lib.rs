@@ -32,6 +32,7 @@
 //! | fit | A set of effects is fitted by nonlinear least squares, with the gain, a small shift and the near field of each scan free. Derivatives are difference quotients of the forward model, carried along between steps that they predict well. | `fit` |
 //! | selection | Sets grow by one effect at a time. The evidence (the likelihood integrated over the parameters, by Laplace's method) decides which sets are kept, exchanged and extended. | `selection` |
 //! | joint | Where no set of few effects explains the readings: all effects at once, each with a prior whose width the evidence chooses. | `joint` |
+//! | elements | Where no set explains dense planes of a scan: gain, phase, place and lean of each element, fitted by the calibration to all readings, and what is left of blocks that it did not see. | `elements_account` |
 //! | residual structure | What the best set leaves is tested for patterns, and for causes that the catalogue does not have. | `residual_structure` |
 //! | verdict | Probabilities of the sets, the size of the gap, and its shares by height, region and kind. | `verdict` |
 //! | advice | The scan that would separate the rivals best, and which effects a scan can separate at all. | `advice` |
@@ -53,6 +54,7 @@ mod change;
 mod diagnose;
 mod effect_id;
 mod effects;
+mod elements_account;
 mod fit;
 mod fitted_parameter;
 mod joint;
@@ -83,9 +85,9 @@ pub use effect_id::{EffectId, UnknownEffect, joined};
 pub use fitted_parameter::FittedParameter;
 pub use remedy::{Remedy, SetupKey};
 pub use result::{
-    Candidate, DiagnosedPlane, Diagnosis, HeldOutBy, KindShares, NextMeasurement, PhaseFigures,
-    PlaneShare, Region, RegionShare, Remainder, ResidualTest, Verdict, WaterfallPart,
-    WaterfallStep, Where,
+    Candidate, DiagnosedPlane, Diagnosis, ElementFault, ElementsAccount, ElementsSpread, HeldOutBy,
+    KindShares, NextMeasurement, PhaseFigures, PlaneShare, Region, RegionShare, Remainder,
+    ResidualTest, Verdict, WaterfallPart, WaterfallStep, Where,
 };
 pub use text::Standing;
 pub use verdict::fresh::{CorrectedTest, FreshTest};

@@ -53,6 +53,9 @@ pub struct Diagnosis {
     pub noise_floor: f64,
     /// Share of the squared gap beyond noise, on readings kept out of the fit, that the best candidate explains; 0 to 1.
     pub explained_fraction: f64,
+    /// How much of it the elements' own departures explain, where no set of effects does and planes are dense enough to tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elements: Option<ElementsAccount>,
     /// Where the gap lies.
     pub r#where: Where,
     /// The scan that would tell the rivals apart.
@@ -168,6 +171,68 @@ pub enum HeldOutBy {
     Drive,
     /// Stretches of time, of a scan with few places and few drives.
     Time,
+}
+
+/// What each element emits, as an account of dense planes that no set of effects explains. Gaps are relative to the rms of the readings that they are of.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ElementsAccount {
+    /// Readings that it was fitted to: all of the scan.
+    pub readings: usize,
+    /// Elements, each with gain, phase, place and lean of its own.
+    pub elements: usize,
+    /// Side of the blocks that were held out, every fifth, mm.
+    pub block_mm: f64,
+    /// The same in wavelengths.
+    pub block_wavelengths: f64,
+    /// What the registered simulation leaves of them.
+    pub gap_before_held_out: f64,
+    /// What pose, backlash, lobe and floor leave of them, fitted with elements alike but for a few percent.
+    pub gap_alike_held_out: f64,
+    /// What the account leaves of them, fitted to the others.
+    pub gap_after_held_out: f64,
+    /// What it should leave by its errors and the noise.
+    pub expected_held_out: f64,
+    /// What it leaves of readings that it was fitted to.
+    pub gap_after: f64,
+    /// Share of the squared gap of the registered simulation beyond noise that it explains in the held-out blocks; 0 to 1.
+    pub explained_fraction: f64,
+    /// The same of what pose, backlash, lobe and floor leave: the part of the elements.
+    pub explained_by_elements: f64,
+    /// Whether the blocks bear the elements out: there is a gap beyond pose and lobe, and they explain most of it.
+    pub is_borne_out: bool,
+    /// How far elements depart from being alike.
+    pub spread: ElementsSpread,
+    /// How far rows scanned to and fro lie beside each other, mm; `None` where all run one way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backlash_mm: Option<f64>,
+    /// Elements that are dead, weak or reversed.
+    pub faults: Vec<ElementFault>,
+    /// What the readings cannot tell of it, in sentences.
+    pub undetermined: Vec<String>,
+}
+
+/// Standard deviations of what elements have of their own; zero where the evidence is against it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ElementsSpread {
+    /// Gains, relative.
+    pub gain: f64,
+    /// Phases, rad.
+    pub phase_rad: f64,
+    /// Places along x and along y, mm.
+    pub place_mm: f64,
+    /// Lean of their lobes: of the logarithm of the pressure for each unit of the direction cosine.
+    pub lean: f64,
+}
+
+/// An element that is not sound.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ElementFault {
+    /// Its number.
+    pub element: usize,
+    /// `dead`, `weak` or `reversed`.
+    pub state: String,
+    /// Its gain over the median.
+    pub gain: f64,
 }
 
 /// What the best candidate leaves beyond noise, where it has structure.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The rooms and single files of the crate; each uses only those before it.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 21] = [
     "effect_id",
     "fitted_parameter",
     "remedy",
@@ -20,6 +20,7 @@ const ORDER: [&str; 20] = [
     "joint",
     "residual_structure",
     "verdict",
+    "elements_account",
     "advice",
     "report",
     "text",

@@ -21,6 +21,10 @@ const BLOCKS: [usize; 3] = [6, 12, 24];
 /// Blocks along a side from which on every fifth is worth holding out.
 const LEAST_BLOCKS: usize = 4;
 
+/// Wavelengths from which on a block does not follow from its neighbours. On a measured plane of 256 elements half as much was left of blocks of one
+/// wavelength as of blocks of four.
+const WIDE: f64 = 2.0;
+
 /// Readings for each independent number of an element below which planes tell too little.
 const LEAST_FOR_EACH: usize = 6;
 
@@ -110,6 +114,39 @@ pub fn calibrate_planes(
     readings: &CodedReadings,
     registration: &Registration,
 ) -> Result<PlaneCalibration, CalibrationError> {
+    let grid = Grid::of(readings);
+    let blocks = BLOCKS.iter().filter(|&&points| grid.side() >= LEAST_BLOCKS * points);
+    calibrated(simulation, readings, registration, &grid, blocks.copied().collect())
+}
+
+/// The same, with only the largest blocks held out: half of the time. `None` if these are narrower than two wavelengths, so that they follow from
+/// their neighbours.
+///
+/// # Errors
+/// As for [`calibrate_planes`].
+pub fn account_for_planes(
+    simulation: &Simulation,
+    readings: &CodedReadings,
+    registration: &Registration,
+) -> Result<Option<PlaneCalibration>, CalibrationError> {
+    let grid = Grid::of(readings);
+    let wavelength_m = simulation.medium.wavelength_m(simulation.frequency_hz);
+    let is_wide = |points: usize| {
+        grid.side() >= LEAST_BLOCKS * points && points as f64 * grid.step_m >= WIDE * wavelength_m
+    };
+    let Some(points) = BLOCKS.into_iter().rev().find(|&points| is_wide(points)) else {
+        return Ok(None);
+    };
+    calibrated(simulation, readings, registration, &grid, vec![points]).map(Some)
+}
+
+fn calibrated(
+    simulation: &Simulation,
+    readings: &CodedReadings,
+    registration: &Registration,
+    grid: &Grid,
+    blocks: Vec<usize>,
+) -> Result<PlaneCalibration, CalibrationError> {
     let elements = simulation.array.len();
     if readings.channels() != elements {
         return Err(CalibrationError::OtherArray { channels: readings.channels(), elements });
@@ -121,8 +158,7 @@ pub fn calibrate_planes(
     if readings.rms() <= 0.0 {
         return Err(CalibrationError::Silent);
     }
-    let grid = Grid::of(readings);
-    let model = PlaneModel::new(simulation, readings, &grid, registration.mirror);
+    let model = PlaneModel::new(simulation, readings, grid, registration.mirror);
     let both_ways = |axis: usize| {
         let ways = || grid.travel.iter().map(|way| way[axis]);
         ways().any(|way| way > 0.0) && ways().any(|way| way < 0.0)
@@ -150,8 +186,9 @@ pub fn calibrate_planes(
         }
     };
     let start = whole.moved(&start, &layout);
-    let blocks = BLOCKS.iter().filter(|&&points| grid.side() >= LEAST_BLOCKS * points);
-    let held_out = blocks.filter_map(|&points| held_out(&model, &layout, &start, points)).collect();
+    let held_out =
+        blocks.into_iter().filter_map(|points| held_out(&model, &layout, &start, points));
+    let held_out = held_out.collect();
     let mut groups: Vec<GroupFound> =
         layout.groups.iter().map(|&group| group_found(&found, group)).collect();
     groups.append(&mut dropped);

@@ -105,6 +105,8 @@ pub struct Fit {
     pub readings_of_one: f64,
     /// Rms of the residuals, relative to the rms of these readings.
     pub residual: f64,
+    /// The parameters with elements alike but for a few percent: pose, lobe and floor.
+    pub alike: Vec<f64>,
 }
 
 /// A search under way.
@@ -143,6 +145,7 @@ pub fn fit(model: &PlaneModel<'_>, layout: &Layout, start: &[f64]) -> Option<Fit
     let x = alike.moved(&search.x, layout);
     let start = alike.moved(&search.start, layout);
     let mut search = Search { start, ..Search::new(model, layout.clone(), x) };
+    let alike = search.x.clone();
     let mut spread = Spread::first(&layout.groups);
     let mut rounds = 0;
     loop {
@@ -154,7 +157,7 @@ pub fn fit(model: &PlaneModel<'_>, layout: &Layout, start: &[f64]) -> Option<Fit
         let change = spread.follow(layout, &search.x, &variances, &prior);
         search.is_tied = rounds >= UNTIED_ROUNDS;
         if rounds == ROUNDS || (rounds > UNTIED_ROUNDS && change < WIDTHS && fall < COST) {
-            return Some(search.end(prior, spread, factor));
+            return Some(search.end(prior, spread, factor, alike));
         }
     }
 }
@@ -258,7 +261,7 @@ impl<'m, 'a> Search<'m, 'a> {
         };
     }
 
-    fn end(self, prior: Prior, spread: Spread, factor: DMatrix<f64>) -> Fit {
+    fn end(self, prior: Prior, spread: Spread, factor: DMatrix<f64>, alike: Vec<f64>) -> Fit {
         let residual = self.residual();
         Fit {
             layout: self.layout,
@@ -269,6 +272,7 @@ impl<'m, 'a> Search<'m, 'a> {
             noise: self.noise,
             readings_of_one: self.readings_of_one,
             residual,
+            alike,
         }
     }
 }

@@ -27,6 +27,8 @@ pub struct HeldOutBlocks {
     pub expected: f64,
     /// What the array as it was thought to be leaves, in the registered pose.
     pub before: f64,
+    /// What pose, backlash, lobe and floor leave, with elements alike but for a few percent.
+    pub alike: f64,
 }
 
 /// Fits without every fifth block of `points` by `points`, and looks at these. `None` if there are too few blocks.
@@ -60,6 +62,7 @@ pub fn held_out(
         residual: left(&found.layout, &found.x),
         expected: (variance(&unseen, &found) / power).sqrt(),
         before: left(layout, start),
+        alike: left(&found.layout, &found.alike),
     })
 }
 

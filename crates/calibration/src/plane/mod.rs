@@ -22,6 +22,8 @@ mod model;
 mod parameters;
 mod spread;
 
-pub use calibration::{ElementFound, GroupFound, PlaneCalibration, SharedNumber, calibrate_planes};
+pub use calibration::{
+    ElementFound, GroupFound, PlaneCalibration, SharedNumber, account_for_planes, calibrate_planes,
+};
 pub use held_out::HeldOutBlocks;
 pub use parameters::Group;

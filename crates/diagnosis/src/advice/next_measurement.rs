@@ -348,6 +348,7 @@ impl Proposal {
             scale,
             dark: Vec::new(),
             within: None,
+            map_noise: None,
             outliers: 0,
             phase: None,
         };

@@ -70,6 +70,7 @@ impl Bench {
             scale: NoiseScale::new(0.02, 0.01, 1.0),
             dark: Vec::new(),
             within: None,
+            map_noise: None,
             outliers: 0,
             phase: None,
         };

@@ -2,7 +2,8 @@
 
 use fieldgap_acoustics::{Simulation, Simulator, Vec3, golden_section};
 use fieldgap_comparison::{
-    DarkReadings, Pose, WithinReadings, averaged, averaged_magnitudes, has_phases, within_readings,
+    DarkReadings, PlaneNoise, Pose, WithinReadings, averaged, averaged_magnitudes, has_phases,
+    within_readings,
 };
 use fieldgap_records::{PhaseReference, RecordedSample, RecordedScan};
 
@@ -34,6 +35,8 @@ pub(crate) struct ObservedScan {
     pub dark: Vec<f64>,
     /// What the scatter of the magnitudes within its readings tells.
     pub within: Option<WithinReadings>,
+    /// The noise that its planes show without a model, from all of its readings; `None` where none is dense enough.
+    pub map_noise: Option<PlaneNoise>,
     /// What the phases of the readings mean; `None` where there are none, or they are left out.
     pub phase: Option<PhaseMeaning>,
     /// Readings that were left out because they stand out from those beside them.
@@ -163,6 +166,7 @@ impl Observations {
                     scale: NoiseScale::new(0.0, 1.0, 1.0),
                     dark,
                     within: within_readings(scan),
+                    map_noise: PlaneNoise::of_scan(scan),
                     outliers: 0,
                     phase: phase.map(|phase| PhaseMeaning {
                         noise: PhaseNoise::default(),
@@ -208,9 +212,10 @@ impl Observations {
         self.first().believed.array.len()
     }
 
-    /// Whether the repeats of every scan tell its noise.
+    /// Whether the repeats, or the maps, of every scan tell its noise without a model.
     pub fn is_noise_told(&self) -> bool {
-        self.scans.iter().all(|scan| scan.scatter.is_told_by_repeats())
+        let is_told = |scatter: &Scatter| scatter.is_told_by_repeats() || scatter.told_by_map;
+        self.scans.iter().all(|scan| is_told(&scan.scatter))
     }
 
     /// Whether the repeats of a scan show a fluctuating field.

@@ -3,7 +3,7 @@
 //! The model of a reading stands in [`Scatter`]'s module.
 
 use fieldgap_acoustics::golden_section::least_positive;
-use fieldgap_comparison::{DarkNoise, DarkReadings, USUAL_PROPORTIONAL_NOISE};
+use fieldgap_comparison::{DarkNoise, DarkReadings, PlaneNoise, USUAL_PROPORTIONAL_NOISE};
 
 use crate::limits::{
     FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_SHOWN, LEAST_ADDITIVE_NOISE, MOST_SHARE,
@@ -35,7 +35,7 @@ fn most_floor(dark: &DarkReadings, known: f64, additive: f64) -> f64 {
 /// Judges the scatter of a scan, given what each reading should have been, drive by drive.
 ///
 /// Dark readings give the additive part. Repeats give the proportional part, and a fluctuation by how their scatter depends on the
-/// level. Without repeats the fine structure of the residual along the rows gives an upper bound of both.
+/// level. Without repeats the maps of dense planes give both, and else the fine structure of the residual along the rows an upper bound.
 pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
     // A converter with coarse steps makes every dark reading zero.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
@@ -89,10 +89,14 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
             .map_or(f64::INFINITY, |dark| most_floor(dark, known.floor, additive)),
         floor_evidence: known.evidence,
         pairs: pairs.into(),
+        told_by_map: false,
     };
     let pairs = &scatter.pairs;
     if pairs.len() < FEWEST_REPEATS {
-        return scatter;
+        return match scan.map_noise.filter(|noise| !noise.is_bound) {
+            Some(noise) => by_map(scan, scatter, noise, dark.is_some(), lowest),
+            None => scatter,
+        };
     }
     let of_silence = |additive: f64| match &dark {
         Some(dark) if known.floor == 0.0 => dark.cost_without_floor(additive),
@@ -120,6 +124,27 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let steady_share = best_share(pairs, steady_additive, 0.0, Fluctuation::OfPaths).0;
     let (additive, share) = (steady_additive, steady_share.min(most_share));
     Scatter { share, additive, ..scatter }.with_limits()
+}
+
+/// The scatter with the noise that the maps show. Where dark readings tell the additive part, the proportional one is what the noise of all readings
+/// has beyond it: maps tell the sum of both better than either.
+fn by_map(
+    scan: &ObservedScan,
+    scatter: Scatter,
+    noise: PlaneNoise,
+    has_dark: bool,
+    lowest: f64,
+) -> Scatter {
+    let (share, additive) = match has_dark {
+        true => {
+            let readings = || scan.drives.iter().flat_map(|drive| &drive.readings);
+            let power = readings().map(|r| r * r).sum::<f64>() / scan.len().max(1) as f64;
+            let beyond = noise.relative.powi(2) - scatter.additive.powi(2) / power;
+            (beyond.max(0.0).sqrt(), scatter.additive)
+        }
+        false => (noise.multiplicative, noise.additive.max(lowest)),
+    };
+    Scatter { share: share.clamp(LEAST_SHARE, MOST_SHARE), additive, told_by_map: true, ..scatter }
 }
 
 /// The likeliest proportional part of repeats beside these other parts, and its cost, nats.

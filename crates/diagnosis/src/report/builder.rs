@@ -114,6 +114,7 @@ impl ReportBuilder<'_> {
             held_out_by: held_out.by,
             held_out_block_mm: held_out.block_m.map(|m| (1e4 * m).round() / 10.0),
             noise_floor: gaps.noise,
+            elements: None,
             explained_fraction: gaps.explained_fraction(ranked[0].gap_after_held_out),
             r#where: gap_budget(observations, &nuisance, &before, &after),
             next_measurement: self.advice(),
@@ -181,9 +182,10 @@ impl ReportBuilder<'_> {
 
     fn noise(&self) -> Noise {
         let scatter = &self.observations.scans[0].scatter;
-        let source = match scatter.pairs.is_empty() {
-            true => NoiseSource::Residual,
-            false => NoiseSource::Repeats,
+        let source = match (scatter.is_told_by_repeats(), scatter.told_by_map) {
+            (true, _) => NoiseSource::Repeats,
+            (false, true) => NoiseSource::Maps,
+            (false, false) => NoiseSource::Residual,
         };
         Noise { additive: scatter.additive, multiplicative: scatter.share, source }
     }

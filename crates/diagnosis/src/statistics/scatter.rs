@@ -35,6 +35,8 @@ pub(crate) struct Scatter {
     pub floor_evidence: f64,
     /// Repeats: differences of readings of one point.
     pub pairs: Arc<[Pair]>,
+    /// Whether the maps of dense planes tell its noise, since repeats do not.
+    pub told_by_map: bool,
 }
 
 impl Default for Scatter {
@@ -51,6 +53,7 @@ impl Default for Scatter {
             most_floor: f64::INFINITY,
             floor_evidence: 0.0,
             pairs: Arc::new([]),
+            told_by_map: false,
         }
     }
 }

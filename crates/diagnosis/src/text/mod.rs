@@ -1,6 +1,7 @@
 //! A diagnosis as text for a terminal. (JSON is the diagnosis itself, serialised.)
 
 mod cause;
+mod elements;
 mod parameter;
 mod standing;
 
@@ -9,7 +10,9 @@ use fieldgap_text::{fixed, paragraph, percent, significant, table, table_rows};
 pub use standing::Standing;
 
 use crate::effect_id::joined;
-use crate::result::{Candidate, Diagnosis, PhaseFigures, PlaneShare, Region, Remainder, Verdict};
+use crate::result::{
+    Candidate, Diagnosis, ElementsAccount, PhaseFigures, PlaneShare, Region, Remainder, Verdict,
+};
 
 /// More heights than these are not listed; those with the largest shares are.
 const MOST_HEIGHTS: usize = 12;
@@ -34,6 +37,7 @@ impl Diagnosis {
             paragraph(&self.sentence, 0, 0),
             self.what_was_diagnosed(),
             self.gaps(),
+            self.elements.as_ref().map_or(String::new(), ElementsAccount::to_text),
             self.candidates(),
             self.where_it_lies(),
             self.residual_structure(),
@@ -308,6 +312,9 @@ fn noise(noise: &Noise, unit: &str) -> String {
     let source = match noise.source {
         NoiseSource::Repeats => "from points measured several times",
         NoiseSource::SilentReadings => "from dark readings",
+        NoiseSource::Maps => {
+            "from what the maps hold beyond the wavenumber, as nothing was read twice"
+        }
         NoiseSource::Residual => "upper bound, from the residual of the simulation",
     };
     format!("{}{multiplicative}, {source}", additive.trim_end())

@@ -13,7 +13,7 @@ use super::{
     JSON_NAME, TEXT_NAME, causes, gap_budget, guide, heights, open_questions, residual_structure,
 };
 use fieldgap_comparison::NoiseSource;
-use fieldgap_diagnosis::{Diagnosis, EffectId, Verdict, joined};
+use fieldgap_diagnosis::{Diagnosis, EffectId, ElementsAccount, Verdict, joined};
 use fieldgap_text::{ABSENT, percent, significant};
 
 /// The styles of this page alone.
@@ -28,6 +28,7 @@ pub(super) fn page(
     let sections = [
         ("verdict", "Verdict", Some(verdict(diagnosis))),
         ("causes", "Causes", Some(causes::possible(diagnosis))),
+        ("elements", "What the elements explain", diagnosis.elements.as_ref().map(elements)),
         ("waterfall", "Gap budget", gap_budget::waterfall(figures)),
         ("heights", "Before and after", Some(heights::heights(diagnosis, figures))),
         ("where", "Where the gap lies", Some(gap_budget::shares(diagnosis))),
@@ -126,6 +127,16 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
+/// What each element emits explains, where no effect does.
+fn elements(account: &ElementsAccount) -> Markup {
+    html! {
+        p { "Rms difference relative to the rms of the readings, " (account.of_what()) "." }
+        (facts(account.steps().map(|(name, gap)| (name, html! { (percent(gap)) }))))
+        @for words in account.sentences() { p { (words) } }
+        ul { @for words in &account.undetermined { li { (words) } } }
+    }
+}
+
 /// The check on readings that no fit used.
 fn held_out(diagnosis: &Diagnosis) -> String {
     let before = percent(diagnosis.gap_before_held_out);
@@ -147,6 +158,7 @@ fn registration_and_noise(diagnosis: &Diagnosis) -> Markup {
     let source = match noise.source {
         NoiseSource::Repeats => "points measured several times",
         NoiseSource::SilentReadings => "readings with the array silent",
+        NoiseSource::Maps => "what the maps hold beyond the wavenumber, as nothing was read twice",
         NoiseSource::Residual => "the residual of the simulation, an upper bound",
     };
     let level = format!("{} {}", significant(noise.additive, 3), diagnosis.reading_unit);

@@ -155,6 +155,7 @@ fn noise(noise: &Noise, unit: &str) -> String {
     let from = match noise.source {
         NoiseSource::Repeats => "from points measured several times",
         NoiseSource::SilentReadings => "from readings with the array silent",
+        NoiseSource::Maps => "from what the maps hold beyond the wavenumber",
         NoiseSource::Residual => {
             "from the residual of the simulation, an upper bound because it includes the gap"
         }

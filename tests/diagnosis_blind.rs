@@ -43,11 +43,11 @@ fn sealed_causes_are_found_without_false_alarms() {
     let home = tempfile::tempdir().expect("a folder");
     let set = home.path().join("set");
     let set_name = set.to_str().expect("text");
-    blind(&["make", "--count", "14", "--seed", "7", set_name]);
+    blind(&["make", "--count", "24", "--seed", "7", set_name]);
     blind(&["run", set_name]);
     let score: serde_json::Value =
         serde_json::from_str(&blind(&["score", "--json", set_name])).expect("JSON");
-    assert_eq!(score["scored"], 14);
+    assert_eq!(score["scored"], 24);
 
     let loud = |what: &str| format!("one effect, gap >= 0.5 sigma: {what}");
     meets(&score, &loud("named exactly"), Target::AtLeast(0.95));

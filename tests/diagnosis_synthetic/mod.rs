@@ -60,6 +60,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         simulator: Simulator::Corrected,
         reading_unit: "V".to_owned(),
         outliers: 0,
+        elements: None,
         points,
         verdict: Verdict::Explained,
         effects: vec![EffectId::SoundSpeed],

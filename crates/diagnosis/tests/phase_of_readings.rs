@@ -255,12 +255,26 @@ fn phases_tell_a_change_that_amplitudes_do_not_show() {
     assert!(off < 4.0 * faster.standard_error && faster.standard_error < 0.2, "{faster:?}");
     let without = diagnose_change_by_amplitudes(&a, &b, None).expect("comparable");
     assert_eq!(without.verdict, ChangeVerdict::None, "{}", without.sentence);
+    assert!((0.7..1.3).contains(&with.chi_square_after), "{}", with.chi_square_after);
     // One record without phases leaves the amplitudes.
     let mut plain = b.clone();
     plain.setup.phase = None;
     plain.samples.iter_mut().for_each(|sample| sample.phase_rad = None);
     let one_sided = diagnose_change(&a, &plain, None).expect("comparable");
     assert_eq!(one_sided.verdict, ChangeVerdict::None, "{}", one_sided.sentence);
+}
+
+#[test]
+fn a_copy_with_another_phase_of_the_clock_is_a_copy() {
+    let [a, _] = before_and_after(&toml::Table::new(), OTHER_CLOCK, 5);
+    let mut copy = a.clone();
+    let turn = |sample: &mut RecordedSample| {
+        sample.phase_rad = sample.phase_rad.map(|phase_rad| phase_rad + 1.0);
+    };
+    copy.samples.iter_mut().for_each(turn);
+    let found = diagnose_change(&a, &copy, None).expect("comparable");
+    assert_eq!(found.verdict, ChangeVerdict::None, "{}", found.sentence);
+    assert!((0.0..0.1).contains(&found.chi_square_unchanged), "{}", found.chi_square_unchanged);
 }
 
 #[test]

@@ -23,7 +23,8 @@ use crate::limits::{
 use crate::model::effect::{Context, Estimate};
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
-use crate::model::observations::Observations;
+use crate::model::observations::{Observations, ObservedScan};
+use crate::model::phases::tells_phase;
 use crate::residual_structure::ResidualStructure;
 use crate::residual_structure::patterns::in_slow_patterns;
 use crate::result::{ResidualTest, Verdict};
@@ -59,7 +60,7 @@ impl Report<'_> {
         );
         let ranked = self.ranked(&judgement);
         let count = self.observations.len() as f64;
-        let unchanged = self.cost_unchanged(&self.observations) / count;
+        let unchanged = self.cost_unchanged(&self.observations);
         let level = self.level(&self.scored[0].fit);
         let verdict = self.verdict(&judgement);
         let named = |number: &usize| self.scored[*number].fit.ids();
@@ -89,10 +90,10 @@ impl Report<'_> {
         // A pair has the noise of two readings, and the change is in one.
         let noise_left = match verdict {
             ChangeVerdict::None => unchanged,
-            ChangeVerdict::Unexplained => 1.0,
-            _ => self.scored[0].fit.cost / count,
+            ChangeVerdict::Unexplained => count,
+            _ => self.scored[0].fit.cost,
         };
-        let size_in_sigma = (2.0 * (unchanged - noise_left)).max(0.0).sqrt();
+        let size_in_sigma = (2.0 * (unchanged - noise_left) / count).max(0.0).sqrt();
         let sentence = Headline {
             records: [&a, &b],
             verdict,
@@ -129,9 +130,9 @@ impl Report<'_> {
             alternatives,
             level,
             size_in_sigma,
-            chi_square_unchanged: unchanged,
-            chi_square_with_level: nothing.fit.cost / count,
-            chi_square_after: self.scored[0].fit.cost / count,
+            chi_square_unchanged: self.chi_square(unchanged),
+            chi_square_with_level: self.chi_square(nothing.fit.cost),
+            chi_square_after: self.chi_square(self.scored[0].fit.cost),
             explained_fraction: ranked[0].explained_fraction,
             noise: Noise {
                 additive: self.noise.additive,
@@ -160,7 +161,7 @@ impl Report<'_> {
     ) -> Judgement {
         let best = &self.scored[0];
         let count = self.observations.len() as f64;
-        if self.cost_unchanged(&self.observations) < COPIES * count {
+        if self.chi_square(self.cost_unchanged(&self.observations)) < COPIES {
             let number = self.scored.iter().position(|set| set.fit.instances.is_empty());
             let named = number.into_iter().collect();
             return Judgement { verdict: Verdict::None, named, ..judgement };
@@ -216,6 +217,21 @@ impl Report<'_> {
         self.model.nuisance(1.0)
     }
 
+    /// Mean squared residual of a cost, phases that say something included. (A cost has of them what exceeds their noise.)
+    fn chi_square(&self, cost: f64) -> f64 {
+        let phases = self.observations.scans.iter().filter(|scan| scan.phase.is_some());
+        let of_scan = |scan: &ObservedScan| -> usize {
+            let drives = scan.drives.iter();
+            drives
+                .map(|drive| {
+                    (0..drive.visits.len()).filter(|&n| tells_phase(scan, drive, n)).count()
+                })
+                .sum()
+        };
+        let told = phases.map(of_scan).sum::<usize>() as f64;
+        (cost + told) / (self.observations.len() as f64 + told)
+    }
+
     fn cost_unchanged(&self, observations: &Observations) -> f64 {
         cost_on(observations, &Fit::of_nothing(self.unchanged()), &self.context)
     }
@@ -244,7 +260,7 @@ impl Report<'_> {
                     parameters,
                     readings,
                     level: self.level(&set.fit),
-                    chi_square: set.fit.cost / self.observations.len() as f64,
+                    chi_square: self.chi_square(set.fit.cost),
                     explained_fraction,
                 }
             })

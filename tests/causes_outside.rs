@@ -118,14 +118,14 @@ fn a_bowed_board_is_distinguished_from_an_axis_scale() {
 }
 
 #[test]
-fn converter_steps_below_the_noise_are_detected() {
-    let steps = |reading: f64, _| (reading / 0.003).round() * 0.003;
+fn converter_steps_wider_than_the_noise_are_detected() {
+    let steps = |reading: f64, _| (reading / 0.006).round() * 0.006;
     let (test, diagnosis) =
         found("readings in steps", &Truth { received: steps, ..Truth::default() });
-    assert!((numbers(&test)[0] / 0.003 - 1.0).abs() < 0.01, "{test:?}");
+    assert!((numbers(&test)[0] / 0.006 - 1.0).abs() < 0.01, "{test:?}");
     assert!(diagnosis.ranked[0].effects.is_empty(), "{}", diagnosis.sentence);
-    // A tenth of that is negligible.
-    let finer = |reading: f64, _| (reading / 0.0003).round() * 0.0003;
+    // Rounding errors of steps finer than the noise are one more part of it.
+    let finer = |reading: f64, _| (reading / 0.003).round() * 0.003;
     let finer = Truth { received: finer, ..Truth::default() };
     let finer = diagnose(&[scan(&HEIGHTS_MM, &finer)], None).expect("readings enough");
     assert_eq!(finer.verdict, Verdict::None, "{}", finer.sentence);

@@ -37,6 +37,9 @@ const STEPS: usize = 60;
 /// Standard deviations from which on a difference stands out: of normal noise one in a hundred million.
 const STANDING_OUT: f64 = 6.0;
 
+/// Median of the square of a normal number.
+const MEDIAN: f64 = 0.455;
+
 /// Rounds in which those that stand out are left out. What is left shows the next.
 const CLEANINGS: usize = 6;
 
@@ -89,9 +92,12 @@ impl PlaneNoise {
             return None;
         }
         let [noise, below] = [order, order - 1].map(|order| {
-            let differences: Vec<Difference> =
-                maps.iter().flat_map(|(map, columns)| differences(map, *columns, order)).collect();
-            parts(differences)
+            let differences: Vec<Difference> = maps
+                .iter()
+                .enumerate()
+                .flat_map(|(number, (map, columns))| differences(number, map, *columns, order))
+                .collect();
+            parts(differences, order)
         });
         let ([additive, proportional], [below_additive, below_proportional]) = (noise?, below?);
         let driven = || maps.iter().flat_map(|(map, _)| map.iter()).filter(|a| !a.is_nan());
@@ -127,9 +133,26 @@ struct Difference {
     second: f64,
     /// Mean of a⁴.
     fourth: f64,
+    /// Map, first row and first column of its readings.
+    at: [usize; 3],
 }
 
-fn differences(map: &[f64], columns: usize, order: usize) -> Vec<Difference> {
+impl Difference {
+    /// Its square over what these parts of the noise make of it.
+    fn over(&self, parts: [f64; 2]) -> f64 {
+        let expected = parts[0] * self.second + parts[1] * self.fourth;
+        // A map of no noise at all has nothing to weigh.
+        self.variance / expected.max(f64::MIN_POSITIVE.sqrt())
+    }
+
+    /// Whether it holds the reading in the middle of the one that begins there, both of this order.
+    fn holds_the_middle(&self, [map, top, left]: [usize; 3], order: usize) -> bool {
+        let is_near = |one: usize, other: usize| one.abs_diff(other) <= order.div_ceil(2);
+        self.at[0] == map && is_near(self.at[1], top) && is_near(self.at[2], left)
+    }
+}
+
+fn differences(number: usize, map: &[f64], columns: usize, order: usize) -> Vec<Difference> {
     let rows = map.len() / columns;
     let mut binomial = vec![1.0];
     for k in 0..order {
@@ -151,24 +174,39 @@ fn differences(map: &[f64], columns: usize, order: usize) -> Vec<Difference> {
                 }
             }
             if !sum.is_nan() && second > 0.0 {
-                let variance = sum * sum / (4.0 * gain);
-                found.push(Difference { variance, second: second / gain, fourth: fourth / gain });
+                found.push(Difference {
+                    variance: sum * sum / (4.0 * gain),
+                    second: second / gain,
+                    fourth: fourth / gain,
+                    at: [number, top, left],
+                });
             }
         }
     }
     found
 }
 
-/// The squares of both parts of the noise. Differences that stand out are left out: a click is no noise.
-fn parts(mut differences: Vec<Difference>) -> Option<[f64; 2]> {
+/// The squares of both parts of the noise. A reading that stands out is left out, with all differences that hold it: a click is no noise.
+///
+/// A click is largest in the difference about it. Few of them make the noise seem so large that none stands out; the median of all differences
+/// tells by how much.
+fn parts(mut differences: Vec<Difference>, order: usize) -> Option<[f64; 2]> {
     let mut found = likeliest(&differences)?;
     for _ in 0..CLEANINGS {
-        let before = differences.len();
-        differences.retain(|d| {
-            let expected = found[0] * d.second + found[1] * d.fourth;
-            d.variance <= STANDING_OUT.powi(2) * expected
-        });
-        if differences.len() == before {
+        let mut ratios: Vec<f64> = differences.iter().map(|d| d.over(found)).collect();
+        let middle = ratios.len() / 2;
+        let usual = *ratios.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN;
+        let limit = STANDING_OUT * STANDING_OUT * usual.min(1.0);
+        let mut clicks = 0;
+        loop {
+            let largest = differences.iter().max_by(|a, b| a.over(found).total_cmp(&b.over(found)));
+            let Some(about) = largest.filter(|d| d.over(found) > limit).map(|d| d.at) else {
+                break;
+            };
+            differences.retain(|d| !d.holds_the_middle(about, order));
+            clicks += 1;
+        }
+        if clicks == 0 {
             break;
         }
         found = likeliest(&differences)?;

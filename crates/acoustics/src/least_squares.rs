@@ -320,6 +320,23 @@ mod tests {
         }
     }
 
+    /// Of a line, one undamped step ends at the minimum, and beside it nothing is left to fall.
+    #[test]
+    fn the_expected_fall_is_what_is_left_above_the_minimum() {
+        let line = |x: &[f64]| Linearisation {
+            residuals: (0..5).map(|t| x[0] + x[1] * f64::from(t) - f64::from(t * t)).collect(),
+            columns: vec![vec![1.0; 5], (0..5).map(f64::from).collect()],
+        };
+        let prior = Some((2.0, 3.0));
+        let parameters = [Parameter { prior, ..free(7.0, 0.1) }, free(-4.0, 10.0)];
+        let from_start = Stopping { iterations: 1, ..Stopping::default() };
+        let start = minimise(&parameters, from_start, |x| line(x).residuals, line);
+        let least = run(&parameters, line);
+        let above = start.cost - least.cost;
+        assert!((start.expected_fall - above).abs() < 1e-6 * above, "{start:?} {least:?}");
+        assert!(least.expected_fall < 1e-6, "{least:?}");
+    }
+
     #[test]
     fn carried_derivatives_lead_to_the_same_minimum_with_fewer_computed_ones() {
         let parameters = [free(0.35, 0.01), free(1.1, 0.01), free(2.3, 0.01)];

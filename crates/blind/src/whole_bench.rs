@@ -24,11 +24,9 @@ pub(super) fn effects(
     random: &mut RandomSequence,
 ) -> Vec<(&'static str, Parameters)> {
     let laboratory = sizing.laboratory;
-    let is_possible = |id: &&'static str| {
-        (*id != "lag" || laboratory.survey.flown)
-            && laboratory.imperfections.iter().all(|(anyway, _)| anyway != id)
-    };
-    let mut ids: Vec<&'static str> = catalogue::IDS.into_iter().filter(is_possible).collect();
+    let is_extra =
+        |id: &&'static str| laboratory.imperfections.iter().all(|(anyway, _)| anyway != id);
+    let mut ids: Vec<&'static str> = catalogue::IDS.into_iter().filter(is_extra).collect();
     random.shuffle(&mut ids);
     let mut ids = ids.into_iter();
     let count = 6 + random.index(5);
@@ -37,6 +35,7 @@ pub(super) fn effects(
         let sizes = catalogue::draw(id, laboratory, random);
         let parameters = sizing.effect(id, sizes, targets, random);
         let gap = sizing.gap(&Causes::of_catalogue(vec![(id, parameters.clone())]));
+        // What cannot show in this survey, as a lag of a robot at rest, leaves no gap.
         if (targets.least / ABOUT..=targets.most * ABOUT).contains(&gap) {
             return Some((id, parameters, gap));
         }

@@ -13,7 +13,7 @@ use crate::effect_id::EffectId;
 use crate::elements_account::account;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
-use crate::joint::many_causes::{of_many_causes, ranked, rivals_of_many};
+use crate::joint::many_causes::{of_many_causes, rivals_of_many};
 use crate::limits::{
     ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, MOST_ELEMENTS, NOISE_CHANGED,
     NOISE_MISJUDGED, NOISE_ROUNDS, READINGS_OF_A_SEARCH,
@@ -29,7 +29,7 @@ use crate::report::builder::ReportBuilder;
 use crate::residual_structure::ResidualStructure;
 use crate::result::{Diagnosis, ElementsAccount, Verdict};
 use crate::selection::model_search::{ModelSearch, in_question};
-use crate::selection::scored_model::{ScoredModel, believed, is_near, leaves_noise};
+use crate::selection::scored_model::{ScoredModel, believed, best_first, is_near, leaves_noise};
 use crate::verdict::fresh::{CorrectedTest, FreshReadings, FreshTest};
 use crate::verdict::gap_size::{as_believed, noise_floor};
 use crate::verdict::judgement::{Judgement, judge};
@@ -123,7 +123,7 @@ impl<'s> Findings<'s> {
         let Prepared { simulator, mut observations, mut context, mut registrations } =
             Prepared::of(scans, options.simulator, !options.amplitude_only)?;
         context.tried.clone_from(&options.effects);
-        let scored = scored(&mut observations, &context);
+        let mut scored = scored(&mut observations, &context);
         let base = scored
             .iter()
             .find(|scored| scored.fit.instances.is_empty())
@@ -134,35 +134,41 @@ impl<'s> Findings<'s> {
             let judgement = judge(&observations, scored, &base, &structure);
             (structure, judgement)
         };
-        let (mut scored, (mut structure, mut judgement)) = (scored.clone(), judged(&scored));
-        let asks_for_elements = |judgement: &Judgement| {
-            judgement.verdict == Verdict::Unexplained
-                && !judgement.too_faint
-                && !options.few_causes
-                && options.effects.is_none()
-                && observations.scans.iter().all(|scan| scan.scatter.told_by_map)
+        let (mut structure, mut judgement) = judged(&scored);
+        let explains_nothing = |judgement: &Judgement| {
+            judgement.verdict == Verdict::Unexplained && !judgement.too_faint && !options.few_causes
         };
         let account = || {
             let [scan] = scans else { return None };
+            let of_dense_planes = observations.scans[0].scatter.told_by_map;
+            if options.effects.is_some() || !of_dense_planes {
+                return None;
+            }
             account(scan, simulator, &registrations[0], noise_floor(&observations))
         };
-        let takes_the_place = tells_elements(&observations) && asks_for_elements(&judgement);
-        let mut elements = if takes_the_place { account() } else { None };
-        let many_may_act = !options.few_causes && !judgement.too_faint && elements.is_none();
-        if judgement.verdict == Verdict::Unexplained && many_may_act {
+        let mut elements = None;
+        let elements_first = tells_elements(&observations);
+        if elements_first && explains_nothing(&judgement) {
+            elements = account();
+        }
+        if elements.is_none() && explains_nothing(&judgement) {
+            let named = |sets: Vec<ScoredModel>| {
+                let (structure, judgement) = judged(&sets);
+                judgement.verdict.names_a_cause().then_some((sets, structure, judgement))
+            };
             let many = of_many_causes(&scored[0], &base, &observations, &context);
-            let some = many.map(|many| (ranked(scored.clone(), vec![many.clone()]), many));
-            // Rivals of what explains nothing say nothing.
-            let some = some.filter(|(sets, _)| judged(sets).1.verdict.names_a_cause());
-            if let Some((sets, many)) = some {
-                let sets = ranked(sets, rivals_of_many(&many, &observations, &context));
-                let of_many = judged(&sets);
-                if of_many.1.verdict.names_a_cause() {
-                    (scored, (structure, judgement)) = (sets, of_many);
-                }
+            let found = many.and_then(|many| {
+                // Rivals of what explains nothing say nothing.
+                let (mut sets, ..) =
+                    named(best_first([&scored[..], std::slice::from_ref(&many)].concat()))?;
+                sets.extend(rivals_of_many(&many, &observations, &context));
+                named(best_first(sets))
+            });
+            if let Some(found) = found {
+                (scored, structure, judgement) = found;
             }
         }
-        if elements.is_none() && asks_for_elements(&judgement) {
+        if !elements_first && explains_nothing(&judgement) {
             elements = account();
         }
         let registration = registrations.swap_remove(0);

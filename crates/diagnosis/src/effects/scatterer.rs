@@ -77,21 +77,24 @@ impl Effect for Scatterer {
         let radius_m = 1e-3 * at.values[3];
         let k = field.wavenumber_rad_m();
         let ball = Ball::of(k * radius_m);
-        let mut sources = Sources::default();
-        for (source_m, pressure) in field.waves_at(&centre_m) {
+        let scattered = |(source_m, pressure): (Vec3, Complex64)| {
             let way_m = source_m - centre_m;
             let distance_m = way_m.norm().max(radius_m);
             let strength = pressure * distance_m * Complex64::cis(-k * distance_m);
             let mut weights = outgoing(ball.orders, k * distance_m);
             weights.iter_mut().zip(&ball.scattered).for_each(|(h, t)| *h *= strength * k * t);
-            sources.push(way_m / distance_m, &weights);
-        }
+            (way_m / distance_m, weights)
+        };
+        let sources: Vec<_> = field.waves_at(&centre_m).into_iter().map(scattered).collect();
+        let sources: Vec<Sources> = sources.chunks(LANES).map(Sources::of).collect();
         let mut waves = Vec::with_capacity(ball.orders + 2);
         for (pressure, at_m) in pressures.iter_mut().zip(field.points_m()) {
             let way_m = at_m - centre_m;
             let distance_m = way_m.norm().max(TOUCHED * radius_m).max(1e-6);
             fill_with_outgoing(&mut waves, ball.orders, k * distance_m);
-            pressure.coherent += sources.scattered_towards(way_m / distance_m, &waves);
+            let direction = way_m / distance_m;
+            let parts = sources.iter().map(|some| some.scattered_towards(direction, &waves));
+            pressure.coherent += parts.sum::<Complex64>();
         }
     }
 
@@ -141,15 +144,8 @@ impl Ball {
 /// Sources summed at a time: the recurrence of one waits for its order before.
 const LANES: usize = 8;
 
-/// What the ball scatters of the wave of each source.
-#[derive(Default)]
+/// What the ball scatters of the waves of some sources. Lanes beyond the last source have no weight.
 struct Sources {
-    lanes: Vec<Lanes>,
-    count: usize,
-}
-
-/// Some sources, of which those beyond the last have no weight.
-struct Lanes {
     /// From the ball to each, along each axis.
     towards: [[f64; LANES]; 3],
     /// Real and imaginary parts of the weight of each order.
@@ -157,38 +153,34 @@ struct Lanes {
 }
 
 impl Sources {
-    /// One more, with the weights of the orders of its scattered wave.
-    fn push(&mut self, towards: Vec3, weights: &[Complex64]) {
-        let lane = self.count % LANES;
-        if lane == 0 {
-            let none = vec![[[0.0; LANES]; 2]; weights.len()];
-            self.lanes.push(Lanes { towards: [[0.0; LANES]; 3], weights: none });
+    /// Up to [`LANES`] sources: the direction of each, and the weights of the orders of its scattered wave.
+    fn of(sources: &[(Vec3, Vec<Complex64>)]) -> Self {
+        let mut towards = [[0.0; LANES]; 3];
+        let mut weights = vec![[[0.0; LANES]; 2]; sources[0].1.len()];
+        for (lane, (direction, of_source)) in sources.iter().enumerate() {
+            (0..3).for_each(|axis| towards[axis][lane] = direction[axis]);
+            for (of_order, weight) in weights.iter_mut().zip(of_source) {
+                [of_order[0][lane], of_order[1][lane]] = [weight.re, weight.im];
+            }
         }
-        let last = self.lanes.last_mut().expect("one was pushed");
-        (0..3).for_each(|axis| last.towards[axis][lane] = towards[axis]);
-        for (of_order, weight) in last.weights.iter_mut().zip(weights) {
-            [of_order[0][lane], of_order[1][lane]] = [weight.re, weight.im];
-        }
-        self.count += 1;
+        Self { towards, weights }
     }
 
     /// Σ aₗ hₗ Pₗ(cos γ) over orders and sources in a direction, by the recurrence of the Legendre polynomials.
     fn scattered_towards(&self, direction: Vec3, waves: &[Complex64]) -> Complex64 {
+        let [x, y, z] = &self.towards;
+        let cos: [f64; LANES] =
+            std::array::from_fn(|n| x[n] * direction.x + y[n] * direction.y + z[n] * direction.z);
         let mut sum = [[0.0; LANES]; 2];
-        for Lanes { towards: [x, y, z], weights } in &self.lanes {
-            let cos: [f64; LANES] = std::array::from_fn(|n| {
-                x[n] * direction.x + y[n] * direction.y + z[n] * direction.z
-            });
-            let (mut before, mut now) = ([0.0; LANES], [1.0; LANES]);
-            for (l, ([re, im], wave)) in weights.iter().zip(waves).enumerate() {
-                let of_next = 1.0 / (l as f64 + 1.0);
-                let [by_now, by_before] = [(2 * l + 1) as f64 * of_next, l as f64 * of_next];
-                for n in 0..LANES {
-                    sum[0][n] += now[n] * (re[n] * wave.re - im[n] * wave.im);
-                    sum[1][n] += now[n] * (re[n] * wave.im + im[n] * wave.re);
-                    let next = by_now * cos[n] * now[n] - by_before * before[n];
-                    (before[n], now[n]) = (now[n], next);
-                }
+        let (mut before, mut now) = ([0.0; LANES], [1.0; LANES]);
+        for (l, ([re, im], wave)) in self.weights.iter().zip(waves).enumerate() {
+            let of_next = 1.0 / (l as f64 + 1.0);
+            let [by_now, by_before] = [(2 * l + 1) as f64 * of_next, l as f64 * of_next];
+            for n in 0..LANES {
+                sum[0][n] += now[n] * (re[n] * wave.re - im[n] * wave.im);
+                sum[1][n] += now[n] * (re[n] * wave.im + im[n] * wave.re);
+                let next = by_now * cos[n] * now[n] - by_before * before[n];
+                (before[n], now[n]) = (now[n], next);
             }
         }
         let [re, im] = sum.map(|lanes| lanes.iter().sum());

@@ -132,6 +132,15 @@ impl Fit {
         self.instances.iter().any(|instance| instance.effect.search() == Search::Random)
     }
 
+    /// Its other effects from where they are, to be fitted again.
+    pub fn without(&self, number: usize) -> Self {
+        let Self { mut instances, mut values, mut spreads, nuisance, .. } = self.clone();
+        instances.remove(number);
+        values.remove(number);
+        spreads.remove(number);
+        Self { instances, values, spreads, ..Self::of_nothing(nuisance) }
+    }
+
     /// The same without one effect, not fitted again.
     pub fn less(mut self, number: usize, observations: &Observations, context: &Context) -> Self {
         self.instances.remove(number);
@@ -381,5 +390,27 @@ mod tests {
         let [old_offset, old_pitch] = [before.ranges()[0].start, before.ranges()[1].start];
         assert_eq!(now[(pitch, offset + 2)], old[(old_pitch, old_offset + 2)]);
         assert_eq!(now[(offset + 1, 0)], old[(old_offset + 1, 0)]);
+    }
+
+    /// Of one number it is half of the square of its standard errors; of several alike, what they gain together counts.
+    #[test]
+    fn the_nats_of_an_effect_are_those_of_its_size_in_standard_errors() {
+        let instance = |id| Instance { effect: effect(id), choice: Choice::None };
+        let nuisance = Nuisance::from_slice(&[0.0; Nuisance::COUNT]);
+        let mut covariance = DMatrix::identity(Nuisance::COUNT + 4, Nuisance::COUNT + 4);
+        let first = Nuisance::COUNT;
+        (covariance[(first, first + 1)], covariance[(first + 1, first)]) = (0.6, 0.6);
+        covariance[(first + 3, first + 3)] = 1e-6;
+        let fit = Fit {
+            instances: vec![instance(EffectId::Offset), instance(EffectId::Pitch)],
+            values: vec![vec![2.0, -2.0, 0.0], vec![1.003]],
+            spreads: vec![f64::NAN; 2],
+            covariance: Some(covariance),
+            ..Fit::of_nothing(vec![nuisance])
+        };
+        // x, -x with the correlation r have the square 2x²/(1 - r).
+        let [offset, pitch] = [0, 1].map(|number| fit.nats_of(number).expect("determined"));
+        assert!((offset - 10.0).abs() < 1e-9 && (pitch - 4.5).abs() < 1e-9, "{offset} {pitch}");
+        assert_eq!(Fit { covariance: None, ..fit }.nats_of(0), None);
     }
 }

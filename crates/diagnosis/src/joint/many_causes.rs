@@ -59,21 +59,6 @@ pub(crate) fn rivals_of_many(
     rivals
 }
 
-/// Sets and some more, the best first, each once.
-pub(crate) fn ranked(mut sets: Vec<ScoredModel>, more: Vec<ScoredModel>) -> Vec<ScoredModel> {
-    sets.extend(more);
-    sets.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-    let mut seen: Vec<Vec<EffectId>> = Vec::new();
-    sets.retain(|set| {
-        let mut ids = set.fit.ids();
-        ids.sort_unstable();
-        let is_new = !seen.contains(&ids);
-        seen.push(ids);
-        is_new
-    });
-    sets
-}
-
 fn best_of(sets: Vec<ScoredModel>) -> Option<ScoredModel> {
     sets.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
 }
@@ -98,7 +83,7 @@ fn with_others_in_place(
         let others = EffectId::ALL.iter().copied();
         let others = others.filter(|id| *id != excluded && context.tries(*id)).collect();
         let context = Context { tried: Some(others), ..context.clone() };
-        let found = named(&without(&set.fit, number), some, &context);
+        let found = named(&set.fit.without(number), some, &context);
         on_all(found, observations, &context)
     });
     without.collect()
@@ -151,17 +136,8 @@ fn one_less(set: &ScoredModel, observations: &Observations, context: &Context) -
         !set.fit.instances[number].effect.is_defect()
             && set.fit.nats_of(number).is_none_or(|nats| nats < UNQUESTIONED)
     });
-    let less = physical.map(|number| on_all(without(&set.fit, number), observations, context));
+    let less = physical.map(|number| on_all(set.fit.without(number), observations, context));
     less.collect()
-}
-
-/// A fit without one of its effects, not fitted again.
-fn without(fit: &Fit, number: usize) -> Fit {
-    let Fit { mut instances, mut values, mut spreads, nuisance, .. } = fit.clone();
-    instances.remove(number);
-    values.remove(number);
-    spreads.remove(number);
-    Fit { instances, values, spreads, ..Fit::of_nothing(nuisance) }
 }
 
 /// The fit with its effects in the order of the gaps that each makes, the largest first.
@@ -170,7 +146,7 @@ fn by_size(fit: Fit, observations: &Observations, context: &Context) -> Fit {
     let gaps: Vec<f64> = (0..fit.instances.len())
         .into_par_iter()
         .map(|number| {
-            let mut less = without(&fit, number);
+            let mut less = fit.without(number);
             let model = less.model(context);
             // Beside its own gain: a change of the level is no gap.
             less.nuisance = model.best_gain_beside(observations, &less.nuisance);

@@ -224,8 +224,29 @@ mod tests {
         assert_eq!(found(&sparse, &with_clicks), expected);
         let loudest: Vec<f64> = with_clicks.iter().map(|r| r.abs()).collect();
         assert_eq!(outliers(&sparse, &with_clicks, &loudest), HashSet::new());
+        // Two may be anything.
+        let mut two = noise.clone();
+        [100, 455].into_iter().for_each(|n| two[n] -= 12.0);
+        assert_eq!(found(&sparse, &two), HashSet::new());
         // A gap everywhere is none either.
         let gap: Vec<f64> = with_clicks.iter().map(|r| 2.0 * r).collect();
         assert_eq!(found(&sparse, &gap), HashSet::new());
+    }
+
+    /// Points in pairs, 1 mm apart, and pairs far from each other: what both have of a pair is no click.
+    #[test]
+    fn what_a_reading_shares_with_the_one_beside_it_is_no_click() {
+        let at = |n: i32| 2e-2 * f64::from(n / 2) + 1e-3 * f64::from(n % 2) - 0.15;
+        let places =
+            (0..900).map(|n| Vec3::new(at(n % 30), 2e-2 * f64::from(n / 30), 0.1)).collect();
+        let pairs = Bench::new().observations(&[(Excitation::Uniform, places)]);
+        let mut shared = residuals(|_| 0.0);
+        for n in [100, 101, 454, 455, 782, 783] {
+            shared[n] += 15.0;
+        }
+        assert_eq!(found(&pairs, &shared), HashSet::new());
+        let mut alone = residuals(|_| 0.0);
+        [100, 455, 783].into_iter().for_each(|n| alone[n] += 15.0);
+        assert_eq!(found(&pairs, &alone).len(), 3);
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::effect_id::EffectId;
 use crate::effects::catalogue;
-use crate::fit::any::{fit_any, refined};
+use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::limits::{
     ENOUGH_AT_FIRST, EXCHANGES, KEPT_IN_ANY_CASE, MATERIAL, MATERIAL_OF_VERY_LARGE, MOST_EFFECTS,
@@ -14,7 +14,7 @@ use crate::limits::{
 use crate::model::effect::{Choice, Context, PerElement, Search};
 use crate::model::observations::Observations;
 use crate::selection::extension::Extension;
-use crate::selection::scored_model::{ScoredModel, believed, is_near};
+use crate::selection::scored_model::{ScoredModel, believed, best_first, is_near};
 use crate::selection::starts::extended;
 
 /// A search under way.
@@ -277,12 +277,8 @@ impl ModelSearch {
         let without: Vec<ScoredModel> = (0..best.instances.len())
             .filter(|&number| !best.instances[number].effect.is_defect())
             .map(|number| {
-                let Fit { mut instances, mut values, mut spreads, nuisance, .. } = best.clone();
-                instances.remove(number);
-                values.remove(number);
-                spreads.remove(number);
-                let start = Start { instances, values, spreads, nuisance: Some(nuisance) };
-                ScoredModel::of(fit_any(observations, context, start, SEARCH, &[]), observations)
+                let fit = refined(best.without(number), observations, context, SEARCH, &[]);
+                ScoredModel::of(fit, observations)
             })
             .collect();
         // Fitted without the phases of single elements, all else is wrong, and no other account of these phases is recognised beside it.
@@ -296,14 +292,7 @@ impl ModelSearch {
         let extended = self.extend(&frontier, known, observations, context);
         self.scored.extend(extended);
         self.scored.extend(without);
-        sort(&mut self.scored);
-        let mut seen: Vec<Vec<EffectId>> = Vec::new();
-        self.scored.retain(|scored| {
-            let ids = sorted_ids(&scored.fit);
-            let is_new = !seen.contains(&ids);
-            seen.push(ids);
-            is_new
-        });
+        self.scored = best_first(std::mem::take(&mut self.scored));
     }
 
     /// Sets that were fitted or rejected.

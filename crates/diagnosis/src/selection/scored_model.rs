@@ -1,5 +1,7 @@
 //! A set of effects as it was fitted, with the evidence for it.
 
+use std::collections::HashSet;
+
 use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::limits::NEAR;
@@ -28,6 +30,18 @@ impl ScoredModel {
     pub fn of(fit: Fit, observations: &Observations) -> Self {
         Self { log_evidence: log_evidence(&fit, observations), fit }
     }
+}
+
+/// The sets, the best first, of those with the same effects the best alone.
+pub(crate) fn best_first(mut sets: Vec<ScoredModel>) -> Vec<ScoredModel> {
+    sets.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    let mut seen = HashSet::new();
+    sets.retain(|set| {
+        let mut ids = set.fit.ids();
+        ids.sort_unstable();
+        seen.insert(ids)
+    });
+    sets
 }
 
 /// The believed set-up with nothing added.

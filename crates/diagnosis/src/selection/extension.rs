@@ -324,3 +324,63 @@ fn expected_nats(scores: &ScoreStatistics<'_>, effect: &'static dyn Effect) -> f
         _ => f64::INFINITY,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Vec3;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::effect_id::EffectId;
+    use crate::effects::effect;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::selection::scored_model::believed;
+
+    /// Noisy readings of an array with this factor on its pitch.
+    fn observations(bench: &Bench, pitch: f64) -> Observations {
+        let at = |n: i32| Vec3::new(f64::from(n % 20), f64::from(n / 20 % 20), 0.0) * 2e-3;
+        let below = |n: i32| Vec3::new(-0.02, -0.02, if n < 400 { 0.09 } else { 0.13 });
+        let places = (0..800).map(|n| at(n) + below(n)).collect();
+        let mut observations = bench.observations(&[(bench.believed().excitation.clone(), places)]);
+        let model = bench.model(EffectId::Pitch, &[pitch]);
+        let expected = model.expected_readings(&observations, &[nuisance()]);
+        let mut random = ChaCha8Rng::seed_from_u64(8);
+        let scan = &mut observations.scans[0];
+        for (n, level) in expected.into_iter().enumerate() {
+            let lot: f64 = StandardNormal.sample(&mut random);
+            let reading = (level + scan.scale.deviation(level) * lot).abs();
+            scan.drives[0].readings[n] = reading;
+            scan.drives[0].stabilised[n] = scan.scale.of(reading);
+        }
+        observations
+    }
+
+    /// The pitch fitted to a fifth of the readings, then to all: where it is off, until nothing is left to gain; where it is not, for one step.
+    #[test]
+    fn a_fit_goes_on_where_its_effect_adds_something() {
+        let bench = Bench::new();
+        let context = &bench.context;
+        for (ratio, acts) in [(1.004, true), (1.0, false)] {
+            let observations = observations(&bench, ratio);
+            let coarse = observations.thinned(160);
+            let base = believed(&observations, context);
+            let base = Base::of(&base, true, &observations, &coarse, context);
+            assert!(base.near, "{ratio}");
+            let effect = effect(EffectId::Pitch);
+            let instances = extended(&base.scored.fit, effect, Choice::None);
+            let nuisance = Some(base.scored.fit.nuisance.clone());
+            let values = vec![effect.neutral()];
+            let start = Start { instances, values, spreads: vec![f64::NAN], nuisance };
+            let fit = fit_any(&coarse, context, start, ROUGH, &[]);
+            let (found, adds_nothing) = base.fit_to_all(effect, fit, &observations, context);
+            assert_eq!(adds_nothing, !acts, "{ratio}");
+            let gained = found.log_evidence - base.scored.log_evidence;
+            assert!(if acts { gained > 5.0 } else { gained < 0.0 }, "{ratio}: {gained}");
+            let again = refined(found.fit.clone(), &observations, context, SEARCH, &[]);
+            let left = ScoredModel::of(again, &observations).log_evidence - found.log_evidence;
+            assert!(!acts || left < 0.1, "{ratio}: {left}");
+        }
+    }
+}

@@ -10,9 +10,7 @@ use std::time::{Duration, Instant};
 use fieldgap::records::{EventKind, RecordedScan, read_events};
 use rustix::process::{Pid, Signal, kill_process};
 
-use terminal::{Terminal, shown};
-
-mod terminal;
+use crate::terminal::{Terminal, shown};
 
 /// Longest wait.
 const PATIENCE: Duration = Duration::from_secs(60);

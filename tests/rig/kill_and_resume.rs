@@ -92,7 +92,7 @@ fn forty_kills_lose_no_acknowledged_reading() {
 
 /// A plane of 100 x 100 points.
 #[test]
-#[ignore = "takes minutes; run: cargo test --release --test kill_and_resume -- --ignored"]
+#[ignore = "takes minutes; run: cargo test --release --test rig kill_and_resume -- --ignored"]
 fn a_thousand_kills_over_ten_thousand_points_lose_no_acknowledged_reading() {
     kill_and_resume(&PLAN.replace("[44.0, 44.0]", "[99.0, 99.0]"), 1000);
 }

@@ -10,8 +10,6 @@ use fieldgap::records::RecordedScan;
 use rustix::process::{Pid, Signal, kill_process};
 use serialport::TTYPort;
 
-mod served;
-
 /// Longest time until the array is silent.
 const SAFE_WITHIN: Duration = Duration::from_secs(3);
 
@@ -368,7 +366,7 @@ fn after_a_kill_of_the_server_the_rig_under_hand_is_safe() {
     let home = tempfile::tempdir().expect("a folder");
     let rig = Rig::open(home.path());
     let text = std::fs::read_to_string(rig.file(home.path())).expect("a rig file");
-    let mut served = served::Served::with(&text, PLAN);
+    let mut served = crate::served::Served::with(&text, PLAN);
     let desk = served.log_in();
     desk.post("/api/controls/take", "");
     desk.post("/api/hand/open", "");

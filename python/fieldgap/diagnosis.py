@@ -80,11 +80,14 @@ class Remainder:
         Its root mean square relative to the scan's.
     looks_like : list of str
         The tests that find structure in it, the clearest first.
+    left_to : list of list of str
+        Where only a part of many effects is beyond doubt: sets of others, each of which explains the rest.
     """
 
     share: float
     gap: float
     looks_like: List[str]
+    left_to: List[List[str]]
 
 
 @dataclass(frozen=True)
@@ -183,7 +186,9 @@ class Diagnosis:
         remainder = self._json["remainder"]
         if remainder is None:
             return None
-        return Remainder(number(remainder["share"]), number(remainder["gap"]), remainder["looks_like"])
+        return Remainder(
+            number(remainder["share"]), number(remainder["gap"]), remainder["looks_like"], remainder.get("left_to", [])
+        )
 
     @property
     def gap_before(self) -> float:
@@ -269,7 +274,9 @@ class Diagnosis:
         gaps = f"Gap {self.gap_before:.1%} as believed, {self.gap_after:.1%} with the best candidate; noise alone leaves {self.noise_floor:.1%}."
         remainder = self.remainder
         if remainder is not None:
-            gaps += f" Of the squared gap, {remainder.share:.1%} remain: {'; '.join(remainder.looks_like)}."
+            gaps += f" Of the squared gap, {remainder.share:.1%} remain."
+            if remainder.looks_like:
+                gaps += f" It has structure: {'; '.join(remainder.looks_like)}."
         return (
             f"<b>{escape(', '.join(self.scans))}: {escape(self.verdict)}</b><p>{escape(self.sentence)}</p>"
             + html.table(["candidate", "probability", "gap after", "meaning"], rows)

@@ -12,27 +12,25 @@ use crate::advice::outlook::{Outlook, PossibleReading, outlook};
 use crate::effect_id::EffectId;
 use crate::elements_account::account;
 use crate::fit::any::refined;
-use crate::fit::joint_fit::{Fit, SEARCH};
-use crate::joint::many_causes::{of_many_causes, rivals_of_many};
+use crate::fit::joint_fit::SEARCH;
 use crate::limits::{
-    ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, MOST_ELEMENTS, NOISE_CHANGED,
-    NOISE_MISJUDGED, NOISE_ROUNDS, READINGS_OF_A_SEARCH,
+    ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, MOST_ELEMENTS, NOISE_ROUNDS,
+    READINGS_OF_A_SEARCH,
 };
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
 use crate::noise::outliers::outliers;
-use crate::noise::settle::settle_scatter;
+use crate::noise::settle::{NoiseChange, settle_scatter, settled_again};
 use crate::preparation::Prepared;
 use crate::report::builder::ReportBuilder;
-use crate::residual_structure::ResidualStructure;
 use crate::result::{Diagnosis, ElementsAccount, Verdict};
 use crate::selection::model_search::{ModelSearch, in_question};
-use crate::selection::scored_model::{ScoredModel, believed, best_first, is_near, leaves_noise};
+use crate::selection::scored_model::{ScoredModel, is_near, leaves_noise};
 use crate::verdict::fresh::{CorrectedTest, FreshReadings, FreshTest};
 use crate::verdict::gap_size::{as_believed, noise_floor};
-use crate::verdict::judgement::{Judgement, judge};
+use crate::verdict::many_causes::Judged;
 
 /// How a diagnosis is made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -123,55 +121,34 @@ impl<'s> Findings<'s> {
         let Prepared { simulator, mut observations, mut context, mut registrations } =
             Prepared::of(scans, options.simulator, !options.amplitude_only)?;
         context.tried.clone_from(&options.effects);
-        let mut scored = scored(&mut observations, &context);
-        let base = scored
-            .iter()
-            .find(|scored| scored.fit.instances.is_empty())
-            .cloned()
-            .unwrap_or_else(|| believed(&observations, &context));
-        let judged = |scored: &[ScoredModel]| {
-            let structure = ResidualStructure::of(&scored[0].fit, &observations, &context);
-            let judgement = judge(&observations, scored, &base, &structure);
-            (structure, judgement)
-        };
-        let (mut structure, mut judgement) = judged(&scored);
-        let explains_nothing = |judgement: &Judgement| {
+        let scored = scored(&mut observations, &context);
+        let mut judged = Judged::of(scored, &observations, &context);
+        let explains_nothing = |Judged { judgement, .. }: &Judged| {
             judgement.verdict == Verdict::Unexplained && !judgement.too_faint && !options.few_causes
         };
-        let account = || {
+        let account = |observations: &Observations| {
             let [scan] = scans else { return None };
             let of_dense_planes = observations.scans[0].scatter.told_by_map;
             if options.effects.is_some() || !of_dense_planes {
                 return None;
             }
-            account(scan, simulator, &registrations[0], noise_floor(&observations))
+            account(scan, simulator, &registrations[0], noise_floor(observations))
         };
         let mut elements = None;
         let elements_first = tells_elements(&observations);
-        if elements_first && explains_nothing(&judgement) {
-            elements = account();
+        if elements_first && explains_nothing(&judged) {
+            elements = account(&observations);
         }
-        if elements.is_none() && explains_nothing(&judgement) {
-            let named = |sets: Vec<ScoredModel>| {
-                let (structure, judgement) = judged(&sets);
-                judgement.verdict.names_a_cause().then_some((sets, structure, judgement))
-            };
-            let many = of_many_causes(&scored[0], &base, &observations, &context);
-            let found = many.and_then(|many| {
-                // Rivals of what explains nothing say nothing.
-                let (mut sets, ..) =
-                    named(best_first([&scored[..], std::slice::from_ref(&many)].concat()))?;
-                sets.extend(rivals_of_many(&many, &observations, &context));
-                named(best_first(sets))
-            });
-            if let Some(found) = found {
-                (scored, structure, judgement) = found;
+        if elements.is_none() && explains_nothing(&judged) {
+            if let Some(found) = Judged::of_many(&judged.scored, &observations, &context) {
+                (judged, observations) = found;
             }
         }
-        if !elements_first && explains_nothing(&judgement) {
-            elements = account();
+        if !elements_first && explains_nothing(&judged) {
+            elements = account(&observations);
         }
         let registration = registrations.swap_remove(0);
+        let Judged { scored, structure, judgement } = judged;
         let report =
             ReportBuilder { scans, simulator, observations, context, scored, structure, judgement };
         Ok(Self { report, registration, elements })
@@ -274,7 +251,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         return search.on_all(observations, context).found();
     }
     let mut noise = match !noise_is_told || leaves_noise(&best, observations) {
-        true => settled_by(&best, observations, context),
+        true => settled_again(observations, &best.model(context), &best.nuisance, context),
         false => NoiseChange::Alike,
     };
     if noise == NoiseChange::Misled {
@@ -287,7 +264,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         if noise == NoiseChange::Alike || !leaves_noise(&best, observations) {
             break;
         }
-        noise = settled_by(&best, observations, context);
+        noise = settled_again(observations, &best.model(context), &best.nuisance, context);
         if noise != NoiseChange::Alike {
             some = observations.thinned(most);
             search = search.on_all(&some, context).and_on(&some, context);
@@ -347,40 +324,7 @@ fn fitted_again(
         best = refined(best, observations, context, SEARCH, &[]);
     }
     if leaves_noise(&best, observations) {
-        settled_by(&best, observations, context);
+        settled_again(observations, &best.model(context), &best.nuisance, context);
     }
     ModelSearch::fitted_to(sets.to_vec(), observations, context).found()
-}
-
-/// How the noise after a fit compares with that before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum NoiseChange {
-    /// The same.
-    Alike,
-    /// Changed, but the search remains valid.
-    Otherwise,
-    /// Changed so much that the search was misled.
-    Misled,
-}
-
-/// Judges the noise again after a fit; an immaterial change is not applied.
-fn settled_by(fit: &Fit, observations: &mut Observations, context: &Context) -> NoiseChange {
-    let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
-    settle_scatter(observations, &fit.model(context), &fit.nuisance, context, true);
-    let pairs = || observations.scans.iter().map(|scan| &scan.scatter).zip(&before);
-    let changed = pairs().any(|(scatter, before)| {
-        let off = |now: f64, before: f64| (now / before - 1.0).abs() > NOISE_CHANGED;
-        off(scatter.share, before.share) || off(scatter.additive, before.additive)
-    });
-    let misled = pairs().any(|(scatter, before)| {
-        !(NOISE_MISJUDGED..1.0 / NOISE_MISJUDGED).contains(&(scatter.share / before.share))
-            || (scatter.fluctuation > 0.0) != (before.fluctuation > 0.0)
-    });
-    if !changed {
-        for (scan, before) in observations.scans.iter_mut().zip(before) {
-            scan.set_scatter(before);
-        }
-        return NoiseChange::Alike;
-    }
-    if misled { NoiseChange::Misled } else { NoiseChange::Otherwise }
 }

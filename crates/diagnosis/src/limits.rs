@@ -263,6 +263,12 @@ pub(crate) const ROUNDS_OF_WIDTHS: usize = 8;
 /// Rounds in which a set of many effects is extended by what has no slope, and reduced, at most. Set by judgement.
 pub(crate) const JOINT_ROUNDS: usize = 4;
 
+/// Steps by exchanges towards a better subset of effects, at most. Set by judgement.
+pub(crate) const MOST_CLIMBS: usize = 10;
+
+/// Sets found by exchanges that are fitted in a round, beside one without each effect. Set by judgement.
+pub(crate) const MOST_EXCHANGES: usize = 6;
+
 /// Nats that the quadratic form of a fit gives an effect, from which on the readings are not fitted again without it: an effect of a few numbers costs
 /// some five to ten.
 pub(crate) const UNQUESTIONED: f64 = 40.0;
@@ -379,6 +385,9 @@ pub(crate) const SUFFICES_ALONE: f64 = 0.5;
 
 /// Rivals that are named at most, by the contract of the output.
 pub(crate) const MOST_RIVALS: usize = 3;
+
+/// Share of the excess chi-square that the common part of rivals of many effects must explain to be named: the larger part. By the meaning of "mostly".
+pub(crate) const LEAST_SHARE_OF_MOST: f64 = 0.5;
 
 /// Share of the excess chi-square that one effect may leave and still explain a gap: no formula is better. Set by judgement.
 pub(crate) const RESIDUAL_SHARE: f64 = 3e-3;

@@ -235,7 +235,7 @@ pub struct ElementFault {
     pub gain: f64,
 }
 
-/// What the best candidate leaves beyond noise, where it has structure.
+/// What the best candidate leaves beyond noise, where it has structure, or where others explain it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Remainder {
     /// Share of the squared gap beyond noise, over all readings.
@@ -244,6 +244,9 @@ pub struct Remainder {
     pub gap: f64,
     /// What it looks like: the tests that find structure in it, with their results, the clearest first.
     pub looks_like: Vec<String>,
+    /// Where only a part of many effects is beyond doubt: sets of others, each of which explains the rest, and which these data cannot tell apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_to: Vec<Vec<EffectId>>,
 }
 
 /// A set of effects fitted to the readings.

@@ -159,3 +159,45 @@ fn the_causes_of_a_whole_bench_are_told() {
         assert!((value - expected).abs() < 3.5 * error, "{name}: {value} {error}");
     }
 }
+
+/// Of four small causes beside a tilt, the absorption is so weak that another law of spreading does as well. The others are named, with the numbers that they
+/// have beside it: without it the drift would be two thirds too large.
+#[test]
+fn of_many_causes_those_beyond_doubt_are_named() {
+    let causes = Causes {
+        tilt_rad: [0.025, -0.01],
+        absorption_db_m: 1.2,
+        turn_rad: 0.01,
+        scale_x: 1.01,
+        drift: -0.03,
+        ..Causes::none()
+    };
+    let diagnosis = diagnose(&[causes.read(&scan(), 3)], None).expect("comparable");
+    let text = diagnosis.to_text();
+    assert_eq!(diagnosis.verdict, Verdict::MostlyExplained, "{text}");
+    let mut named = diagnosis.effects.clone();
+    named.sort_unstable();
+    let mut expected =
+        [EffectId::ArrayTilt, EffectId::Rotation, EffectId::AxisScale, EffectId::GainDrift];
+    expected.sort_unstable();
+    assert_eq!(named, expected, "{text}");
+    assert_eq!(diagnosis.effects[0], EffectId::ArrayTilt);
+    let rest = diagnosis.remainder.as_ref().expect("a rest");
+    assert_eq!(rest.left_to, [[EffectId::Absorption], [EffectId::Spreading]], "{text}");
+    assert!(rest.share < 0.01, "{text}");
+    assert!(
+        diagnosis.sentence.ends_with(
+            "is explained equally well by absorption, or by spreading; these data cannot distinguish them."
+        ),
+        "{text}"
+    );
+    for (name, expected) in [
+        ("array-tilt.about_x_rad", 0.025),
+        ("rotation.rad", 0.01),
+        ("axis-scale.x", 1.01),
+        ("gain-drift.relative", -0.03),
+    ] {
+        let (value, error) = (real(&diagnosis, name), error(&diagnosis, name));
+        assert!((value - expected).abs() < 3.0 * error, "{name}: {value} {error}");
+    }
+}

@@ -32,7 +32,7 @@ impl Bench {
         Self::of(Array::square(1, 1, 1e-4).expect("not empty"), Excitation::Uniform)
     }
 
-    fn of(array: Array, excitation: Excitation) -> Self {
+    pub fn of(array: Array, excitation: Excitation) -> Self {
         let believed = Simulation {
             simulator: Simulator::Piston,
             array,

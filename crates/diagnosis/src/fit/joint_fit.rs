@@ -160,6 +160,17 @@ impl Fit {
         Self { penalised: self.cost, ..self }
     }
 
+    /// Some of its effects from where they are, to be fitted again.
+    pub fn only(&self, ids: &[EffectId]) -> Self {
+        let left_out =
+            |fit: &Self| fit.instances.iter().position(|i| !ids.contains(&i.effect.id()));
+        let mut part = self.clone();
+        while let Some(number) = left_out(&part) {
+            part = part.without(number);
+        }
+        part
+    }
+
     /// The same with the effects in another order.
     pub fn in_order(self, order: &[usize]) -> Self {
         let ranges = self.ranges();

@@ -1,30 +1,52 @@
 //! Sets of many effects, found by the joint fit, then fitted and scored as those of the stepwise search are.
 
+use fieldgap_acoustics::least_squares::Stopping;
 use rayon::prelude::*;
 
 use crate::effect_id::EffectId;
 use crate::effects::catalogue;
 use crate::fit::any::refined;
-use crate::fit::joint_fit::{Fit, SEARCH, fit};
+use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
+use crate::joint::exchanges::Exchanges;
 use crate::joint::widths::{asked_for, joins, relevant, restarted};
 use crate::limits::{
-    ANOTHER_EFFECT, JOINT_ROUNDS, READINGS_OF_A_SEARCH, UNQUESTIONED, WORTH_EXTENDING,
+    ANOTHER_EFFECT, JOINT_ROUNDS, NOISE_ROUNDS, READINGS_OF_A_SEARCH, RIVALS, UNQUESTIONED,
+    WORTH_EXTENDING,
 };
-use crate::model::effect::{Context, Search};
+use crate::model::effect::{Context, Expected, Search};
 use crate::model::observations::Observations;
+use crate::noise::settle::{NoiseChange, settled_again};
 use crate::selection::extension::Extension;
-use crate::selection::scored_model::{ScoredModel, is_near};
+use crate::selection::scored_model::{ScoredModel, best_first, is_near, leaves_noise, sorted_ids};
+use crate::statistics::noise_scale::NoiseScale;
 
-/// The best set of many effects, where it is near the readings; its effects stand in the order of the gaps that they make.
+/// First steps of a fit from where the quadratic form leads, and the nats by which it may then still be short of the best set: the form is not exact.
+const FIRST_STEPS: Stopping = Stopping { iterations: 4, ..SEARCH };
+const SHORT_BY: f64 = 30.0;
+
+/// The best set of many effects, and its rivals.
+pub(crate) struct ManyCauses {
+    /// The set; its effects stand in the order of the gaps that they make.
+    pub set: ScoredModel,
+    /// Sets with others in place of some of its effects.
+    pub others: Vec<ScoredModel>,
+    /// The readings, with the noise that the set leaves.
+    pub observations: Observations,
+    /// Whether that noise is another than before.
+    pub noise_changed: bool,
+}
+
+/// The best set of many effects, where it is near the readings.
 ///
 /// The joint fit begins at the best set of few, and at the set-up as believed: the effects that a stepwise search chose first may not be
-/// there.
+/// there. Some readings tell the large effects. On all of them the small ones follow one after another, and the noise is judged again, since
+/// a set of few counts what it leaves as noise.
 pub(crate) fn of_many_causes(
     few: &ScoredModel,
     believed: &ScoredModel,
     observations: &Observations,
     context: &Context,
-) -> Option<ScoredModel> {
+) -> Option<ManyCauses> {
     let some = observations.thinned(READINGS_OF_A_SEARCH);
     let starts = [&few.fit, &believed.fit];
     let found_from = |from: &Fit| ScoredModel::of(named(from, &some, context), &some);
@@ -41,22 +63,71 @@ pub(crate) fn of_many_causes(
     if !is_near(&best.fit, &some) {
         return None;
     }
-    let mut best =
-        without_what_adds_nothing(on_all(best.fit, observations, context), observations, context);
-    best.fit = by_size(best.fit, observations, context);
-    is_near(&best.fit, observations).then_some(best)
+    let mut observations = observations.clone();
+    let mut noise_changed = false;
+    let mut sets = vec![on_all(best.fit, &observations, context)];
+    for _ in 0..NOISE_ROUNDS {
+        sets = explored(sets, &observations, context);
+        let best = &sets[0].fit;
+        if !leaves_noise(best, &observations) {
+            break;
+        }
+        let noise = settled_again(&mut observations, &best.model(context), &best.nuisance, context);
+        if noise == NoiseChange::Alike {
+            break;
+        }
+        noise_changed = true;
+        let least = sets[0].log_evidence - RIVALS;
+        sets.retain(|set| set.log_evidence >= least);
+        let fits = sets.into_par_iter().map(|set| on_all(set.fit, &observations, context));
+        sets = best_first(fits.collect());
+    }
+    let best = without_what_adds_nothing(sets.remove(0), &observations, context);
+    let set = ScoredModel { fit: by_size(best.fit, &observations, context), ..best };
+    let near = is_near(&set.fit, &observations);
+    near.then_some(ManyCauses { set, others: sets, observations, noise_changed })
 }
 
-/// The rivals of a set of many effects: those that explain the readings without one of its effects, and its parts that lack one.
-pub(crate) fn rivals_of_many(
-    set: &ScoredModel,
+/// Sets and others that were found from there, the best first: by exchanges, one set after another, and by what no exchange finds.
+fn explored(
+    mut known: Vec<ScoredModel>,
     observations: &Observations,
     context: &Context,
 ) -> Vec<ScoredModel> {
-    let some = observations.thinned(READINGS_OF_A_SEARCH);
-    let mut rivals = one_less(set, observations, context);
-    rivals.extend(with_others_in_place(set, &some, observations, context));
-    rivals
+    let mut left: Vec<Vec<EffectId>> = Vec::new();
+    for _ in 0..JOINT_ROUNDS {
+        let best = known[0].log_evidence;
+        let is_open = |set: &&ScoredModel| {
+            set.log_evidence >= best - RIVALS && !left.contains(&sorted_ids(&set.fit))
+        };
+        let Some(next) = known.iter().find(is_open).cloned() else { break };
+        left.push(sorted_ids(&next.fit));
+        let Some(exchanges) = Exchanges::of(&next.fit, observations, context) else { break };
+        known.extend(fitted(exchanges.best(), best, observations, context));
+        if next.log_evidence == best && known.iter().all(|set| set.log_evidence <= best) {
+            known.extend(fitted(exchanges.without_each(), best, observations, context));
+            known.extend(with_what_has_no_slope(&next, observations, context));
+        }
+        known = best_first(known);
+    }
+    known
+}
+
+/// Sets fitted from there; to the end if they come near the evidence of the best set.
+fn fitted(
+    starts: Vec<Start>,
+    best: f64,
+    observations: &Observations,
+    context: &Context,
+) -> Vec<ScoredModel> {
+    let fitted = starts.into_par_iter().filter_map(|start| {
+        let first = ScoredModel::of(fit(observations, context, start, FIRST_STEPS), observations);
+        match first.log_evidence > best - SHORT_BY {
+            true => Some(on_all(first.fit, observations, context)),
+            false => first.log_evidence.is_finite().then_some(first),
+        }
+    });
+    fitted.collect()
 }
 
 fn best_of(sets: Vec<ScoredModel>) -> Option<ScoredModel> {
@@ -66,27 +137,6 @@ fn best_of(sets: Vec<ScoredModel>) -> Option<ScoredModel> {
 /// A set that was fitted to some readings, fitted to all.
 fn on_all(fit: Fit, observations: &Observations, context: &Context) -> ScoredModel {
     ScoredModel::of(refined(fit, observations, context, SEARCH, &[]), observations)
-}
-
-/// What explains the readings without one of the effects of a set: all other effects may take its place. (One element's departure hardly can.)
-fn with_others_in_place(
-    set: &ScoredModel,
-    some: &Observations,
-    observations: &Observations,
-    context: &Context,
-) -> Vec<ScoredModel> {
-    let smooth = (0..set.fit.instances.len())
-        .into_par_iter()
-        .filter(|&number| set.fit.instances[number].effect.search() == Search::Smooth);
-    let without = smooth.map(|number| {
-        let excluded = set.fit.instances[number].effect.id();
-        let others = EffectId::ALL.iter().copied();
-        let others = others.filter(|id| *id != excluded && context.tries(*id)).collect();
-        let context = Context { tried: Some(others), ..context.clone() };
-        let found = named(&set.fit.without(number), some, &context);
-        on_all(found, observations, &context)
-    });
-    without.collect()
 }
 
 /// The effects that a joint fit from there keeps, with priors as wide as a set of few has them.
@@ -110,9 +160,17 @@ fn with_what_has_no_slope(
 ) -> Option<ScoredModel> {
     let others = catalogue().filter(|effect| !joins(*effect, observations, context));
     let others = others.map(|effect| effect.id()).filter(|id| context.tries(*id)).collect();
-    let context = Context { tried: Some(others), ..context.clone() };
+    with_one_more(set, observations, &Context { tried: Some(others), ..context.clone() })
+}
+
+/// The set with one more effect, if the evidence asks for it.
+fn with_one_more(
+    set: &ScoredModel,
+    observations: &Observations,
+    context: &Context,
+) -> Option<ScoredModel> {
     let Extension { fitted, .. } =
-        Extension::of(std::slice::from_ref(set), Vec::new(), true, observations, &context);
+        Extension::of(std::slice::from_ref(set), Vec::new(), true, observations, context);
     best_of(fitted).filter(|next| next.log_evidence > set.log_evidence + WORTH_EXTENDING)
 }
 
@@ -131,7 +189,11 @@ fn without_what_adds_nothing(
 }
 
 /// The sets that lack one effect of this one, each fitted again, but for effects that nobody would question.
-fn one_less(set: &ScoredModel, observations: &Observations, context: &Context) -> Vec<ScoredModel> {
+pub(crate) fn one_less(
+    set: &ScoredModel,
+    observations: &Observations,
+    context: &Context,
+) -> Vec<ScoredModel> {
     let physical = (0..set.fit.instances.len()).into_par_iter().filter(|&number| {
         !set.fit.instances[number].effect.is_defect()
             && set.fit.nats_of(number).is_none_or(|nats| nats < UNQUESTIONED)
@@ -140,7 +202,8 @@ fn one_less(set: &ScoredModel, observations: &Observations, context: &Context) -
     less.collect()
 }
 
-/// The fit with its effects in the order of the gaps that each makes, the largest first.
+/// The fit with its effects in the order of the gaps that each makes, the largest first: what it changes of the expected readings, and of
+/// their scatter.
 fn by_size(fit: Fit, observations: &Observations, context: &Context) -> Fit {
     let whole = on_scale(&fit, observations, context);
     let gaps: Vec<f64> = (0..fit.instances.len())
@@ -151,7 +214,13 @@ fn by_size(fit: Fit, observations: &Observations, context: &Context) -> Fit {
             // Beside its own gain: a change of the level is no gap.
             less.nuisance = model.best_gain_beside(observations, &less.nuisance);
             let less = on_scale(&less, observations, context);
-            whole.iter().zip(&less).map(|(one, other)| (one - other).powi(2)).sum()
+            let changes = whole.iter().zip(&less);
+            changes
+                .map(|(one, other)| {
+                    (one.reading - other.reading).powi(2)
+                        + (one.variance_ratio - other.variance_ratio).abs()
+                })
+                .sum()
         })
         .collect();
     let mut order: Vec<usize> = (0..gaps.len()).collect();
@@ -160,10 +229,14 @@ fn by_size(fit: Fit, observations: &Observations, context: &Context) -> Fit {
 }
 
 /// The readings that a fit expects, in standard deviations of the noise.
-fn on_scale(fit: &Fit, observations: &Observations, context: &Context) -> Vec<f64> {
-    let expected = fit.model(context).expected_readings(observations, &fit.nuisance);
+fn on_scale(fit: &Fit, observations: &Observations, context: &Context) -> Vec<Expected> {
+    let expected = fit.model(context).expected_with_scatter(observations, &fit.nuisance);
     let scales = observations.scans.iter().flat_map(|scan| {
         std::iter::repeat_n(&scan.scale, scan.drives.iter().map(|d| d.readings.len()).sum())
     });
-    expected.into_iter().zip(scales).map(|(reading, scale)| scale.of(reading)).collect()
+    let on_scale = |(expected, scale): (Expected, &NoiseScale)| Expected {
+        reading: scale.of(expected.reading),
+        ..expected
+    };
+    expected.into_iter().zip(scales).map(on_scale).collect()
 }

@@ -8,8 +8,10 @@
 //!
 //! - [`posterior`]: the effects' numbers and their covariance, and what the evidence says of each effect.
 //! - [`widths`]: the fit of all effects, with the widths of their priors.
+//! - [`exchanges`]: sets that differ by a few effects, compared by the quadratic form of the cost.
 //! - [`many_causes`]: the sets of effects that come of it, fitted and scored as those of the stepwise search are.
 
+pub mod exchanges;
 pub mod many_causes;
 pub mod posterior;
 pub mod widths;

@@ -18,7 +18,8 @@ const SETTLED: f64 = 0.1;
 
 /// Every effect with a slope beside those of a fit, with priors of the widths for which the evidence is greatest. What the readings do not ask for has left the fit.
 pub(crate) fn relevant(from: &Fit, observations: &Observations, context: &Context) -> Fit {
-    let mut start = all_beside(from, observations, context);
+    let joins = |effect| joins(effect, observations, context);
+    let mut start = with_priors(all_beside(from, observations, context, joins), context);
     let mut fitted = fit(observations, context, start.clone(), ROUND);
     for _ in 0..ROUNDS_OF_WIDTHS {
         let Some((kept, settled)) = asked_for(&fitted, 0.0) else { break };
@@ -70,29 +71,38 @@ pub(crate) fn restarted(fitted: &Fit, kept: &[(usize, f64)]) -> Start {
     }
 }
 
-/// The effects of a fit and every other one that has a slope where it does nothing.
-fn all_beside(from: &Fit, observations: &Observations, context: &Context) -> Start {
+/// The effects of a fit, as they were fitted, and every other one of a kind, where it does nothing; these without priors.
+pub(crate) fn all_beside(
+    from: &Fit,
+    observations: &Observations,
+    context: &Context,
+    is_of_kind: impl Fn(&'static dyn Effect) -> bool,
+) -> Start {
     let elements = observations.elements();
     let Fit { mut instances, mut values, mut spreads, nuisance, .. } = from.clone();
-    for (instance, spread) in instances.iter().zip(&mut spreads) {
-        // What was chosen, and planes whose place is far from where they do nothing, have no prior.
-        if instance.effect.search() == Search::Smooth && !instance.effect.begins_flat(context) {
-            *spread = FIRST_WIDTH;
-        }
-    }
     let held = from.ids();
     for effect in catalogue() {
         let tried = context.tries(effect.id()) && effect.can_act(observations);
-        if !tried || !joins(effect, observations, context) || held.contains(&effect.id()) {
+        if !tried || !is_of_kind(effect) || held.contains(&effect.id()) {
             continue;
         }
         let choice = effect.choices().remove(0);
         let random = effect.search() == Search::Random;
         values.push(if random { vec![0.0; elements] } else { effect.neutral() });
-        spreads.push(if random { FIRST_SPREAD } else { FIRST_WIDTH });
+        spreads.push(if random { FIRST_SPREAD } else { f64::NAN });
         instances.push(Instance { effect, choice });
     }
     Start { instances, values, spreads, nuisance: Some(nuisance) }
+}
+
+/// The same with a prior of each effect. What was chosen, and planes whose place is far from where they do nothing, have none.
+fn with_priors(mut start: Start, context: &Context) -> Start {
+    for (instance, spread) in start.instances.iter().zip(&mut start.spreads) {
+        if instance.effect.search() == Search::Smooth && !instance.effect.begins_flat(context) {
+            *spread = FIRST_WIDTH;
+        }
+    }
+    start
 }
 
 /// Whether an effect is in a joint fit from the beginning: it has a slope where it does nothing.

@@ -2,6 +2,7 @@
 
 use crate::effect_id::EffectId;
 use crate::effects::{effect, turbulence};
+use crate::limits::{NOISE_CHANGED, NOISE_MISJUDGED};
 use crate::model::effect::{Choice, Context};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
@@ -69,3 +70,41 @@ fn levels(
 
 /// Pressures of one drive with a little turbulence, and with a little scatter of the position.
 type Probed<'p> = (&'p Vec<Pressure>, &'p Vec<Pressure>);
+
+/// How the noise after a fit compares with that before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum NoiseChange {
+    /// The same.
+    Alike,
+    /// Changed, but the search remains valid.
+    Otherwise,
+    /// Changed so much that the search was misled.
+    Misled,
+}
+
+/// Judges the noise again by what a fitted model expects; an immaterial change is not applied.
+pub(crate) fn settled_again(
+    observations: &mut Observations,
+    model: &ForwardModel<'_>,
+    nuisance: &[Nuisance],
+    context: &Context,
+) -> NoiseChange {
+    let before: Vec<_> = observations.scans.iter().map(|scan| scan.scatter.clone()).collect();
+    settle_scatter(observations, model, nuisance, context, true);
+    let pairs = || observations.scans.iter().map(|scan| &scan.scatter).zip(&before);
+    let changed = pairs().any(|(scatter, before)| {
+        let off = |now: f64, before: f64| (now / before - 1.0).abs() > NOISE_CHANGED;
+        off(scatter.share, before.share) || off(scatter.additive, before.additive)
+    });
+    let misled = pairs().any(|(scatter, before)| {
+        !(NOISE_MISJUDGED..1.0 / NOISE_MISJUDGED).contains(&(scatter.share / before.share))
+            || (scatter.fluctuation > 0.0) != (before.fluctuation > 0.0)
+    });
+    if !changed {
+        for (scan, before) in observations.scans.iter_mut().zip(before) {
+            scan.set_scatter(before);
+        }
+        return NoiseChange::Alike;
+    }
+    if misled { NoiseChange::Misled } else { NoiseChange::Otherwise }
+}

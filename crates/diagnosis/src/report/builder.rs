@@ -221,7 +221,12 @@ impl ReportBuilder<'_> {
         let fit = &scored.fit;
         let mut parameters: BTreeMap<String, FittedParameter> = BTreeMap::new();
         let mut readings = Vec::new();
-        for (instance, fitted) in fit.instances.iter().zip(fitted(fit)) {
+        // The parameters of a part are those that it has beside the rest.
+        let whole = self.judgement.part_of.as_ref().filter(|_| number == 0);
+        let told = whole.map_or(fit, |part_of| &self.scored[part_of.whole].fit);
+        let fitted = told.instances.iter().zip(fitted(told));
+        let held = fit.ids();
+        for (instance, fitted) in fitted.filter(|(i, _)| held.contains(&i.effect.id())) {
             let finding = instance.effect.describe(&fitted, &instance.choice, &self.context);
             let id = instance.effect.id();
             parameters
@@ -241,7 +246,7 @@ impl ReportBuilder<'_> {
         }
     }
 
-    /// What the best set leaves beyond noise, if it has structure.
+    /// What the best set leaves beyond noise, if it has structure or others explain it.
     fn remainder(
         &self,
         waterfall: &[WaterfallStep],
@@ -251,9 +256,12 @@ impl ReportBuilder<'_> {
         let mut failed: Vec<&Test> = self.structure.tests.iter().filter(|t| t.fails()).collect();
         failed.sort_by(|one, other| other.over_limit().total_cmp(&one.over_limit()));
         let looks_like: Vec<String> = failed.into_iter().map(Test::in_words).collect();
+        let part_of = self.judgement.part_of.as_ref();
+        let left_to = part_of.map_or(Vec::new(), |part_of| part_of.left_to.clone());
         let share = waterfall.last().map_or(1.0, |step| step.share);
         let gap = (gap_after * gap_after - noise * noise).max(0.0).sqrt();
-        (!looks_like.is_empty()).then_some(Remainder { share, gap, looks_like })
+        let is_any = !looks_like.is_empty() || !left_to.is_empty();
+        is_any.then_some(Remainder { share, gap, looks_like, left_to })
     }
 }
 

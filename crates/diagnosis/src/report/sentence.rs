@@ -80,6 +80,9 @@ impl Basis<'_> {
                 let number = judgement.named[0];
                 let meaning = ranked[number].readings.join("; ");
                 let rest = self.remainder.map_or(String::new(), |remainder| {
+                    if !remainder.left_to.is_empty() {
+                        return left_to(remainder);
+                    }
                     let looks_like = first_few(&remainder.looks_like);
                     match remainder.gap > 0.0 {
                         true => format!(
@@ -141,6 +144,22 @@ impl Basis<'_> {
         };
         let tried = if self.all_tried { "the catalogue" } else { "the effects that were tried" };
         format!("{gap} is not explained by {tried}: {nearest} and {why}.")
+    }
+}
+
+/// That others explain what a part of many effects leaves.
+fn left_to(remainder: &Remainder) -> String {
+    let left = match remainder.gap > 0.0 {
+        true => format!("The remaining {}", percent(remainder.gap)),
+        false => "What is left, no larger than noise,".to_owned(),
+    };
+    let sets: Vec<String> = remainder.left_to.iter().map(|set| names(set)).collect();
+    match &sets[..] {
+        [one] => format!(" {left} may be due to {one}, or to noise."),
+        several => format!(
+            " {left} is explained equally well by {}; these data cannot distinguish them.",
+            several.join(", or by ")
+        ),
     }
 }
 

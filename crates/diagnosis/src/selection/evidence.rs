@@ -69,21 +69,25 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             .map_or(1.0, |cholesky| departures.dot(&cholesky.solve(&departures)).sqrt());
         log -= cost_of_freedom(values.len(), size / deviation_ratio);
     }
-    log -= cost_of_likeness(fit);
+    log -= cost_of_likeness_of(fit);
     match fit.instances.len() {
         0 => log + NO_EFFECT,
         _ => log - ANOTHER_EFFECT * fit.physical_effects().saturating_sub(1) as f64,
     }
 }
 
-/// The penalty, nats, for effects that the readings tell apart only in part: half the logarithm of the product of the determinants of their
-/// covariances over the determinant of their common covariance. Departures of single elements are left out.
-fn cost_of_likeness(fit: &Fit) -> f64 {
+/// That of a fit; departures of single elements are left out.
+fn cost_of_likeness_of(fit: &Fit) -> f64 {
     let Some(covariance) = &fit.covariance else { return 0.0 };
-    let ranges = fit.ranges();
-    let smooth = fit.instances.iter().zip(&ranges);
+    let smooth = fit.instances.iter().zip(fit.ranges());
     let smooth = smooth.filter(|(instance, _)| instance.effect.search() != Search::Random);
-    let ranges: Vec<&Range<usize>> = smooth.map(|(_, range)| range).collect();
+    let ranges: Vec<Range<usize>> = smooth.map(|(_, range)| range).collect();
+    cost_of_likeness(covariance, &ranges)
+}
+
+/// The penalty, nats, for effects that the readings tell apart only in part: half the logarithm of the product of the determinants of their
+/// covariances over the determinant of their common covariance. Their numbers are in these ranges.
+pub(crate) fn cost_of_likeness(covariance: &DMatrix<f64>, ranges: &[Range<usize>]) -> f64 {
     let log_determinant = |of: Vec<usize>| {
         let deviation = |n: usize| covariance[(of[n], of[n])].sqrt();
         let correlations = DMatrix::from_fn(of.len(), of.len(), |i, j| {
@@ -93,8 +97,8 @@ fn cost_of_likeness(fit: &Fit) -> f64 {
         Some(cholesky.l().diagonal().iter().map(|d| 2.0 * d.ln()).sum::<f64>())
     };
     let each: Option<f64> =
-        ranges.iter().map(|range| log_determinant((*range).clone().collect())).sum();
-    let together = log_determinant(ranges.iter().flat_map(|range| (*range).clone()).collect());
+        ranges.iter().map(|range| log_determinant(range.clone().collect())).sum();
+    let together = log_determinant(ranges.iter().flat_map(Clone::clone).collect());
     each.zip(together).map_or(0.0, |(each, together)| 0.5 * (each - together).max(0.0))
 }
 

@@ -14,7 +14,7 @@ use crate::limits::{
 use crate::model::effect::{Choice, Context, PerElement, Search};
 use crate::model::observations::Observations;
 use crate::selection::extension::Extension;
-use crate::selection::scored_model::{ScoredModel, believed, best_first, is_near};
+use crate::selection::scored_model::{ScoredModel, believed, best_first, is_near, sorted_ids};
 use crate::selection::starts::extended;
 
 /// A search under way.
@@ -359,12 +359,6 @@ fn explains_more(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
 fn holds_all(larger: &Fit, smaller: &Fit) -> bool {
     let ids = larger.ids();
     ids.len() > smaller.instances.len() && smaller.ids().iter().all(|id| ids.contains(id))
-}
-
-fn sorted_ids(fit: &Fit) -> Vec<EffectId> {
-    let mut ids = fit.ids();
-    ids.sort_unstable();
-    ids
 }
 
 fn best_log_evidence(scored: &[ScoredModel]) -> f64 {

@@ -36,12 +36,15 @@ impl ScoredModel {
 pub(crate) fn best_first(mut sets: Vec<ScoredModel>) -> Vec<ScoredModel> {
     sets.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     let mut seen = HashSet::new();
-    sets.retain(|set| {
-        let mut ids = set.fit.ids();
-        ids.sort_unstable();
-        seen.insert(ids)
-    });
+    sets.retain(|set| seen.insert(sorted_ids(&set.fit)));
     sets
+}
+
+/// The effects of a fit in the order of the catalogue, by which sets are compared.
+pub(crate) fn sorted_ids(fit: &Fit) -> Vec<EffectId> {
+    let mut ids = fit.ids();
+    ids.sort_unstable();
+    ids
 }
 
 /// The believed set-up with nothing added.

@@ -122,7 +122,7 @@ impl Diagnosis {
         let mut text =
             format!("Gap, relative to the scan's rms; held out: a fifth of the {of_what}\n");
         text += &table(&rows);
-        if let Some(Remainder { share, gap, looks_like }) = &self.remainder {
+        if let Some(Remainder { share, gap, looks_like, .. }) = &self.remainder {
             let rest = format!(
                 "left beyond noise: {}, which is {} of the squared gap; tests that find structure in it: {}",
                 percent(*gap),

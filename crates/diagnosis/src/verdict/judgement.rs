@@ -1,5 +1,6 @@
 //! The verdict: which set of effects, if any, is named.
 
+use crate::effect_id::EffectId;
 use crate::limits::{
     CERTAIN, FAINT, IMMATERIAL, LARGE, MATERIAL, MOST_RIVALS, RESIDUAL_SHARE, ROUNDING_SHARE,
     SUFFICES_ALONE,
@@ -23,6 +24,16 @@ pub(crate) struct Judgement {
     pub probabilities: Vec<f64>,
     /// Whether several effects fit, but are not named because the gap is faint.
     pub too_faint: bool,
+    /// Of what the named set is a part, if it does not explain the gap alone.
+    pub part_of: Option<PartOf>,
+}
+
+/// A set of many effects, of which only a part is beyond doubt.
+pub(crate) struct PartOf {
+    /// Its number: the parameters of the part are those that it has beside the others.
+    pub whole: usize,
+    /// Sets of others, each of which explains what the part leaves.
+    pub left_to: Vec<Vec<EffectId>>,
 }
 
 /// Judges the scored sets, the best first, by what the best leaves.
@@ -41,6 +52,7 @@ pub(crate) fn judge(
         named,
         probabilities: probabilities.clone(),
         too_faint: false,
+        part_of: None,
     };
     if is_structured(observations, scored, believed, of_best) {
         return judgement(Verdict::Unexplained, Vec::new());
@@ -159,7 +171,7 @@ fn common_part(scored: &[ScoredModel], rivals: &[usize], gap: f64) -> Option<usi
             others.len() == ids.len() + 1 && ids.iter().all(|id| others.contains(id))
         })
     };
-    let of_three = rivals.iter().all(|&rival| scored[rival].fit.physical_effects() > 2);
+    let of_three = rivals.iter().all(|&rival| scored[rival].fit.physical_effects() == 3);
     let nearly_explains =
         |part: &ScoredModel| part.fit.cost - scored[rivals[0]].fit.cost < IMMATERIAL * gap;
     (of_three && rivals.len() > 1)
@@ -178,7 +190,6 @@ fn probabilities(scored: &[ScoredModel]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect_id::EffectId;
     use crate::effects::effect;
     use crate::fit::joint_fit::Fit;
     use crate::model::effect::Choice;

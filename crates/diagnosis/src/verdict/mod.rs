@@ -1,6 +1,7 @@
 //! The verdict, and the size of the gap.
 //!
 //! - [`judgement`]: which set, if any, is named.
+//! - [`many_causes`]: the same where many effects act.
 //! - [`gap_size`]: the gap over some readings.
 //! - [`held_out`]: the gap over readings kept out of the fit.
 //! - [`fresh`]: the named set held against readings taken after its fit.
@@ -12,4 +13,5 @@ pub mod gap_budget;
 pub mod gap_size;
 pub mod held_out;
 pub mod judgement;
+pub mod many_causes;
 pub mod waterfall;

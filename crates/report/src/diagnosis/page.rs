@@ -120,7 +120,10 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
             @if let Some(rest) = &diagnosis.remainder {
                 p {
                     "Left beyond noise: " (percent(rest.gap)) ", which is " (percent(rest.share))
-                    " of the squared gap beyond noise. It has structure: " (rest.looks_like.join("; ")) "."
+                    " of the squared gap beyond noise."
+                    @if !rest.looks_like.is_empty() {
+                        " It has structure: " (rest.looks_like.join("; ")) "."
+                    }
                 }
             }
         }

@@ -139,10 +139,11 @@ impl<'s> Findings<'s> {
         if elements_first && explains_nothing(&judged) {
             elements = account(&observations);
         }
-        if elements.is_none() && explains_nothing(&judged) {
-            if let Some(found) = Judged::of_many(&judged.scored, &observations, &context) {
-                (judged, observations) = found;
-            }
+        if elements.is_none()
+            && explains_nothing(&judged)
+            && let Some(found) = Judged::of_many(&judged.scored, &observations, &context)
+        {
+            (judged, observations) = found;
         }
         if !elements_first && explains_nothing(&judged) {
             elements = account(&observations);

@@ -40,12 +40,13 @@ pub(crate) struct ManyCauses {
 ///
 /// The joint fit begins at the best set of few, and at the set-up as believed: the effects that a stepwise search chose first may not be
 /// there. Some readings tell the large effects. On all of them the small ones follow one after another, and the noise is judged again, since
-/// a set of few counts what it leaves as noise.
+/// a set of few counts what it leaves as noise. What does not explain the readings beside the larger noise (by `explains`) does not beside a smaller one.
 pub(crate) fn of_many_causes(
     few: &ScoredModel,
     believed: &ScoredModel,
     observations: &Observations,
     context: &Context,
+    explains: impl Fn(&ScoredModel, &Observations) -> bool,
 ) -> Option<ManyCauses> {
     let some = observations.thinned(READINGS_OF_A_SEARCH);
     let starts = [&few.fit, &believed.fit];
@@ -68,6 +69,9 @@ pub(crate) fn of_many_causes(
     let mut sets = vec![on_all(best.fit, &observations, context)];
     for _ in 0..NOISE_ROUNDS {
         sets = explored(sets, &observations, context);
+        if !explains(&sets[0], &observations) {
+            return None;
+        }
         let best = &sets[0].fit;
         if !leaves_noise(best, &observations) {
             break;
@@ -101,6 +105,10 @@ fn explored(
             set.log_evidence >= best - RIVALS && !left.contains(&sorted_ids(&set.fit))
         };
         let Some(next) = known.iter().find(is_open).cloned() else { break };
+        if next.fit.instances.iter().any(|instance| instance.effect.search() == Search::Objects) {
+            // Beside an object each field takes ten times as long.
+            break;
+        }
         left.push(sorted_ids(&next.fit));
         let Some(exchanges) = Exchanges::of(&next.fit, observations, context) else { break };
         known.extend(fitted(exchanges.best(), best, observations, context));

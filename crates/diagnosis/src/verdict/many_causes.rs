@@ -41,8 +41,11 @@ impl Judged {
         context: &Context,
     ) -> Option<(Self, Observations)> {
         let base = believed_of(few, observations, context);
+        let explains = |set: &ScoredModel, observations: &Observations| {
+            Self::of(vec![set.clone()], observations, context).judgement.verdict.names_a_cause()
+        };
         let ManyCauses { set, others, observations, noise_changed } =
-            of_many_causes(&few[0], &base, observations, context)?;
+            of_many_causes(&few[0], &base, observations, context, explains)?;
         let mut sets = match noise_changed {
             true => ModelSearch::fitted_to(in_question(few), &observations, context).scored,
             false => few.to_vec(),

@@ -40,13 +40,13 @@ pub(crate) struct ManyCauses {
 ///
 /// The joint fit begins at the best set of few, and at the set-up as believed: the effects that a stepwise search chose first may not be
 /// there. Some readings tell the large effects. On all of them the small ones follow one after another, and the noise is judged again, since
-/// a set of few counts what it leaves as noise. What does not explain the readings beside the larger noise (by `explains`) does not beside a smaller one.
+/// a set of few counts what it leaves as noise. A set that leaves too much structure beside the larger noise is given up (by `is_promising`).
 pub(crate) fn of_many_causes(
     few: &ScoredModel,
     believed: &ScoredModel,
     observations: &Observations,
     context: &Context,
-    explains: impl Fn(&ScoredModel, &Observations) -> bool,
+    is_promising: impl Fn(&ScoredModel, &Observations) -> bool,
 ) -> Option<ManyCauses> {
     let some = observations.thinned(READINGS_OF_A_SEARCH);
     let starts = [&few.fit, &believed.fit];
@@ -69,7 +69,7 @@ pub(crate) fn of_many_causes(
     let mut sets = vec![on_all(best.fit, &observations, context)];
     for _ in 0..NOISE_ROUNDS {
         sets = explored(sets, &observations, context);
-        if !explains(&sets[0], &observations) {
+        if !is_promising(&sets[0], &observations) {
             return None;
         }
         let best = &sets[0].fit;

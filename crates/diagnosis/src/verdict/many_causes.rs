@@ -7,10 +7,11 @@ use crate::effect_id::EffectId;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
 use crate::joint::many_causes::{ManyCauses, of_many_causes, one_less};
-use crate::limits::{CERTAIN, LEAST_SHARE_OF_MOST};
+use crate::limits::{CERTAIN, LEAST_SHARE_OF_MOST, STRUCTURE_OF_MISJUDGED_NOISE};
 use crate::model::effect::Context;
 use crate::model::observations::Observations;
 use crate::residual_structure::ResidualStructure;
+use crate::residual_structure::test::Test;
 use crate::result::Verdict;
 use crate::selection::model_search::{ModelSearch, in_question};
 use crate::selection::scored_model::{ScoredModel, believed, best_first};
@@ -41,11 +42,13 @@ impl Judged {
         context: &Context,
     ) -> Option<(Self, Observations)> {
         let base = believed_of(few, observations, context);
-        let explains = |set: &ScoredModel, observations: &Observations| {
-            Self::of(vec![set.clone()], observations, context).judgement.verdict.names_a_cause()
+        let is_promising = |set: &ScoredModel, observations: &Observations| {
+            let structure = ResidualStructure::of(&set.fit, observations, context);
+            let over_limit = structure.tests.iter().map(Test::over_limit).fold(0.0, f64::max);
+            over_limit < STRUCTURE_OF_MISJUDGED_NOISE
         };
         let ManyCauses { set, others, observations, noise_changed } =
-            of_many_causes(&few[0], &base, observations, context, explains)?;
+            of_many_causes(&few[0], &base, observations, context, is_promising)?;
         let mut sets = match noise_changed {
             true => ModelSearch::fitted_to(in_question(few), &observations, context).scored,
             false => few.to_vec(),

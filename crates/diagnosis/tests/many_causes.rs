@@ -185,6 +185,7 @@ fn of_many_causes_those_beyond_doubt_are_named() {
     let rest = diagnosis.remainder.as_ref().expect("a rest");
     assert_eq!(rest.left_to, [[EffectId::Absorption], [EffectId::Spreading]], "{text}");
     assert!(rest.share < 0.01, "{text}");
+    assert!(diagnosis.next_measurement.is_some(), "{text}");
     assert!(
         diagnosis.sentence.ends_with(
             "is explained equally well by absorption, or by spreading; these data cannot distinguish them."

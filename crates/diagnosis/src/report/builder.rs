@@ -206,7 +206,9 @@ impl ReportBuilder<'_> {
     }
 
     fn advice(&self) -> Option<NextMeasurement> {
-        let [one, other, ..] = self.judgement.named[..] else { return None };
+        let Judgement { named, part_of, .. } = &self.judgement;
+        let rivals = part_of.as_ref().map_or(named, |part_of| &part_of.rivals);
+        let [one, other, ..] = rivals[..] else { return None };
         next_measurement(
             &self.observations,
             &self.context,
@@ -223,7 +225,7 @@ impl ReportBuilder<'_> {
         let mut readings = Vec::new();
         // The parameters of a part are those that it has beside the rest.
         let whole = self.judgement.part_of.as_ref().filter(|_| number == 0);
-        let told = whole.map_or(fit, |part_of| &self.scored[part_of.whole].fit);
+        let told = whole.map_or(fit, |part_of| &self.scored[part_of.rivals[0]].fit);
         let fitted = told.instances.iter().zip(fitted(told));
         let held = fit.ids();
         for (instance, fitted) in fitted.filter(|(i, _)| held.contains(&i.effect.id())) {

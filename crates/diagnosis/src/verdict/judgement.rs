@@ -28,10 +28,10 @@ pub(crate) struct Judgement {
     pub part_of: Option<PartOf>,
 }
 
-/// A set of many effects, of which only a part is beyond doubt.
+/// Rival sets of many effects, of which only the common part is beyond doubt.
 pub(crate) struct PartOf {
-    /// Its number: the parameters of the part are those that it has beside the others.
-    pub whole: usize,
+    /// Numbers of the sets that hold the part, the best first. The parameters of the part are those of the best.
+    pub rivals: Vec<usize>,
     /// Sets of others, each of which explains what the part leaves.
     pub left_to: Vec<Vec<EffectId>>,
 }

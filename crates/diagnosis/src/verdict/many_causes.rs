@@ -92,6 +92,8 @@ impl Judged {
             rest
         });
         let left_to = rests.filter(|rest| !rest.is_empty()).collect();
+        // The part comes before them.
+        let rivals = judgement.named.iter().map(|number| number + 1).collect();
         let probability = support(&held, scored, &judgement.probabilities);
         let structure = ResidualStructure::of(&part, observations, context);
         let part = ScoredModel { fit: part, ..scored[0] };
@@ -101,7 +103,7 @@ impl Judged {
             verdict: Verdict::MostlyExplained,
             named: vec![0],
             rivals: 1,
-            part_of: Some(PartOf { whole: 1, left_to }),
+            part_of: Some(PartOf { rivals, left_to }),
             ..self.judgement
         };
         Self { structure, judgement, ..self }

@@ -53,7 +53,9 @@ fn take(what: &What, folder: &Path) -> Result<(), String> {
         What::File { path, text } => {
             std::fs::write(folder.join(path), text).map_err(|error| error.to_string())
         }
-        What::Test(name) => exists(&[format!("tests/{name}.rs").into()]),
+        What::Test(name) => {
+            exists(&[format!("tests/{name}.rs").into(), format!("tests/{name}/main.rs").into()])
+        }
         What::Bench(name) => {
             exists(&[format!("benches/{name}.rs").into(), format!("benches/{name}/main.rs").into()])
         }

@@ -14,8 +14,8 @@ use crate::elements_account::account;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::SEARCH;
 use crate::limits::{
-    ANOTHER_CAUSE, FEWEST_READINGS, MOST_ELEMENT_READINGS, MOST_ELEMENTS, NOISE_ROUNDS,
-    READINGS_OF_A_SEARCH,
+    ANOTHER_CAUSE, FEWEST_READINGS, MOST_EFFECTS, MOST_ELEMENT_READINGS, MOST_ELEMENTS,
+    NOISE_ROUNDS, READINGS_OF_A_SEARCH,
 };
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
@@ -140,8 +140,9 @@ impl<'s> Findings<'s> {
             elements = account(&observations);
         }
         if elements.is_none()
-            && explains_nothing(&judged)
+            && (explains_nothing(&judged) || is_cut_short(&judged) && !options.few_causes)
             && let Some(found) = Judged::of_many(&judged.scored, &observations, &context)
+            && (explains_nothing(&judged) || found.0.judgement.verdict.names_a_cause())
         {
             (judged, observations) = found;
         }
@@ -280,6 +281,12 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         search = search.on_all(observations, context).and_on(observations, context);
     }
     search.found()
+}
+
+/// Whether rivals may only lack effects that a set of few has no room for.
+fn is_cut_short(judged: &Judged) -> bool {
+    let best = &judged.scored[0].fit;
+    judged.judgement.verdict == Verdict::Ambiguous && best.physical_effects() == MOST_EFFECTS
 }
 
 /// Whether dense planes of one scan of an array that is too large for departures of single elements in the catalogue tell what each emits. The account

@@ -386,9 +386,10 @@ pub(crate) const SUFFICES_ALONE: f64 = 0.5;
 /// Rivals that are named at most, by the contract of the output.
 pub(crate) const MOST_RIVALS: usize = 3;
 
-/// Result of a test over its limit from which on a set of many effects is given up while the noise is still that of a set of few: beside a smaller noise
-/// more small effects may yet be found, and less structure left. Set by judgement.
-pub(crate) const STRUCTURE_OF_MISJUDGED_NOISE: f64 = 1.5;
+/// Results of tests over their limits from which on a set of many effects is given up, before effects are exchanged, and after that, while the noise may
+/// still be that of a set of few: more small effects may yet be found, which leave less structure. Set by judgement.
+pub(crate) const STRUCTURE_BEFORE_EXCHANGES: f64 = 3.0;
+pub(crate) const STRUCTURE_AFTER_EXCHANGES: f64 = 1.5;
 
 /// Share of the excess chi-square that the common part of rivals of many effects must explain to be named: the larger part. By the meaning of "mostly".
 pub(crate) const LEAST_SHARE_OF_MOST: f64 = 0.5;

@@ -10,10 +10,10 @@ use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::joint::exchanges::Exchanges;
 use crate::joint::widths::{asked_for, joins, relevant, restarted};
 use crate::limits::{
-    ANOTHER_EFFECT, JOINT_ROUNDS, NOISE_ROUNDS, READINGS_OF_A_SEARCH, RIVALS, UNQUESTIONED,
-    WORTH_EXTENDING,
+    ANOTHER_EFFECT, JOINT_ROUNDS, NOISE_ROUNDS, READINGS_OF_A_SEARCH, RIVALS,
+    STRUCTURE_AFTER_EXCHANGES, STRUCTURE_BEFORE_EXCHANGES, UNQUESTIONED, WORTH_EXTENDING,
 };
-use crate::model::effect::{Context, Expected, Search};
+use crate::model::effect::{Context, Effect, Expected, Search};
 use crate::model::observations::Observations;
 use crate::noise::settle::{NoiseChange, settled_again};
 use crate::selection::extension::Extension;
@@ -40,13 +40,13 @@ pub(crate) struct ManyCauses {
 ///
 /// The joint fit begins at the best set of few, and at the set-up as believed: the effects that a stepwise search chose first may not be
 /// there. Some readings tell the large effects. On all of them the small ones follow one after another, and the noise is judged again, since
-/// a set of few counts what it leaves as noise. A set that leaves too much structure beside the larger noise is given up (by `is_promising`).
+/// a set of few counts what it leaves as noise. A set that leaves much structure, `structure_of` as the largest result of a test over its limit, is given up.
 pub(crate) fn of_many_causes(
     few: &ScoredModel,
     believed: &ScoredModel,
     observations: &Observations,
     context: &Context,
-    is_promising: impl Fn(&ScoredModel, &Observations) -> bool,
+    structure_of: impl Fn(&ScoredModel, &Observations) -> f64,
 ) -> Option<ManyCauses> {
     let some = observations.thinned(READINGS_OF_A_SEARCH);
     let starts = [&few.fit, &believed.fit];
@@ -56,7 +56,7 @@ pub(crate) fn of_many_causes(
         if is_near(&best.fit, &some) {
             best = without_what_adds_nothing(best, &some, context);
         }
-        let Some(next) = with_what_has_no_slope(&best, &some, context) else { break };
+        let Some(next) = with_what_has_no_slope(&best, |_| true, &some, context) else { break };
         // Beside it, others may be asked for that took up its part, or none.
         let again = found_from(&next.fit);
         best = if again.log_evidence > next.log_evidence { again } else { next };
@@ -67,9 +67,12 @@ pub(crate) fn of_many_causes(
     let mut observations = observations.clone();
     let mut noise_changed = false;
     let mut sets = vec![on_all(best.fit, &observations, context)];
+    if structure_of(&sets[0], &observations) > STRUCTURE_BEFORE_EXCHANGES {
+        return None;
+    }
     for _ in 0..NOISE_ROUNDS {
         sets = explored(sets, &observations, context);
-        if !is_promising(&sets[0], &observations) {
+        if structure_of(&sets[0], &observations) > STRUCTURE_AFTER_EXCHANGES {
             return None;
         }
         let best = &sets[0].fit;
@@ -114,7 +117,9 @@ fn explored(
         known.extend(fitted(exchanges.best(), best, observations, context));
         if next.log_evidence == best && known.iter().all(|set| set.log_evidence <= best) {
             known.extend(fitted(exchanges.without_each(), best, observations, context));
-            known.extend(with_what_has_no_slope(&next, observations, context));
+            // Walls and objects, whose search takes long, show on some readings.
+            let sought = |search| !matches!(search, Search::Walls | Search::Objects);
+            known.extend(with_what_has_no_slope(&next, sought, observations, context));
         }
         known = best_first(known);
     }
@@ -160,23 +165,19 @@ fn named(from: &Fit, observations: &Observations, context: &Context) -> Fit {
     fit(observations, context, start, SEARCH)
 }
 
-/// The set with one more effect of those that are in no joint fit, if the evidence asks for it.
+/// The set with one more effect of those that are in no joint fit and are sought, if the evidence asks for it.
 fn with_what_has_no_slope(
     set: &ScoredModel,
+    is_sought: impl Fn(Search) -> bool,
     observations: &Observations,
     context: &Context,
 ) -> Option<ScoredModel> {
-    let others = catalogue().filter(|effect| !joins(*effect, observations, context));
-    let others = others.map(|effect| effect.id()).filter(|id| context.tries(*id)).collect();
-    with_one_more(set, observations, &Context { tried: Some(others), ..context.clone() })
-}
-
-/// The set with one more effect, if the evidence asks for it.
-fn with_one_more(
-    set: &ScoredModel,
-    observations: &Observations,
-    context: &Context,
-) -> Option<ScoredModel> {
+    let is_other = |effect: &&'static dyn Effect| {
+        is_sought(effect.search()) && !joins(*effect, observations, context)
+    };
+    let others = catalogue().filter(is_other).map(|effect| effect.id());
+    let others = others.filter(|id| context.tries(*id)).collect();
+    let context = &Context { tried: Some(others), ..context.clone() };
     let Extension { fitted, .. } =
         Extension::of(std::slice::from_ref(set), Vec::new(), true, observations, context);
     best_of(fitted).filter(|next| next.log_evidence > set.log_evidence + WORTH_EXTENDING)

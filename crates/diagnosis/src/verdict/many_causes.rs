@@ -7,7 +7,7 @@ use crate::effect_id::EffectId;
 use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH};
 use crate::joint::many_causes::{ManyCauses, of_many_causes, one_less};
-use crate::limits::{CERTAIN, LEAST_SHARE_OF_MOST, STRUCTURE_OF_MISJUDGED_NOISE};
+use crate::limits::{CERTAIN, LEAST_SHARE_OF_MOST};
 use crate::model::effect::Context;
 use crate::model::observations::Observations;
 use crate::residual_structure::ResidualStructure;
@@ -42,13 +42,12 @@ impl Judged {
         context: &Context,
     ) -> Option<(Self, Observations)> {
         let base = believed_of(few, observations, context);
-        let is_promising = |set: &ScoredModel, observations: &Observations| {
+        let structure_of = |set: &ScoredModel, observations: &Observations| {
             let structure = ResidualStructure::of(&set.fit, observations, context);
-            let over_limit = structure.tests.iter().map(Test::over_limit).fold(0.0, f64::max);
-            over_limit < STRUCTURE_OF_MISJUDGED_NOISE
+            structure.tests.iter().map(Test::over_limit).fold(0.0, f64::max)
         };
         let ManyCauses { set, others, observations, noise_changed } =
-            of_many_causes(&few[0], &base, observations, context, is_promising)?;
+            of_many_causes(&few[0], &base, observations, context, structure_of)?;
         let mut sets = match noise_changed {
             true => ModelSearch::fitted_to(in_question(few), &observations, context).scored,
             false => few.to_vec(),

@@ -6,6 +6,7 @@ mod devices_on_virtual_rig;
 mod kill_and_resume;
 mod mixed_devices;
 mod replay_wire;
+mod repository;
 mod rig_manual;
 mod scan_ends_safe;
 #[path = "../served/mod.rs"]

@@ -2,10 +2,12 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Output};
 use std::time::{Duration, Instant};
 
 use fieldgap::records::RecordedScan;
+
+use crate::repository::{fieldgap, virtual_rig};
 
 const PLAN: &str = r#"
 name = "mixed"
@@ -29,24 +31,6 @@ const ROBOT: (&str, usize) = ("[motion.marlin]", 0);
 const RECEIVER: (&str, usize) = ("[receiver.stream]", 1);
 const ARRAY: (&str, usize) = ("[focus_array.thesis]", 2);
 
-fn here(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
-fn fieldgap() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
-
-/// The rig file of a virtual rig at a pace, with the true field of the thesis's laboratory.
-fn rig_text(pace: &str) -> String {
-    let text = std::fs::read_to_string(here("rigs/virtual.toml")).expect("the rig file is there");
-    let truth = here("rigs/truth/thesis-lab.toml");
-    text.replace("pace = \"lockstep\"", &format!("pace = {pace}"))
-        .replace("truth/thesis-lab.toml", &truth.to_string_lossy())
-}
-
 /// Devices outside: another process with ports, killed on drop.
 struct Outside {
     process: Child,
@@ -57,7 +41,7 @@ impl Outside {
     /// Their time passes 20 times as fast, so that moves take other times than the rig file lets expect.
     fn open(home: &Path) -> Self {
         let path = home.join("outside.toml");
-        std::fs::write(&path, rig_text("{ times = 20.0 }")).expect("written");
+        std::fs::write(&path, virtual_rig("{ times = 20.0 }")).expect("written");
         let mut process = fieldgap().arg("virtual").arg(path).spawn().expect("it starts");
         let lines = BufReader::new(process.stdout.as_mut().expect("it is piped")).lines();
         let port = |line: std::io::Result<String>| {
@@ -73,7 +57,7 @@ impl Outside {
         let with_port = |text: String, (table, line): &(&str, usize)| {
             text.replace(table, &format!("{table}\nport = \"{}\"", self.ports[*line]))
         };
-        std::fs::write(&path, real.iter().fold(rig_text(pace), with_port)).expect("written");
+        std::fs::write(&path, real.iter().fold(virtual_rig(pace), with_port)).expect("written");
         path
     }
 }
@@ -112,7 +96,7 @@ fn a_virtual_receiver_on_a_real_robot_reads_the_field_of_the_virtual_rig() {
     let mixed = scan(home.path(), &rig, "mixed").arg("--yes").output().expect("it runs");
     let mixed = recorded(home.path(), "mixed", &mixed);
     let whole = home.path().join("whole.toml");
-    std::fs::write(&whole, rig_text("\"lockstep\"")).expect("written");
+    std::fs::write(&whole, virtual_rig("\"lockstep\"")).expect("written");
     let virtual_only = scan(home.path(), &whole, "whole").output().expect("it runs");
     let virtual_only = recorded(home.path(), "whole", &virtual_only);
     assert_eq!(mixed.samples.len(), 2 + 7 * 5);

@@ -1,7 +1,9 @@
 //! Wire logs replayed to the drivers give the same behaviour; a changed log is reported with its place.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
+
+use crate::repository::{fieldgap, virtual_rig};
 
 const PLAN: &str = r#"
 name = "logged"
@@ -22,25 +24,11 @@ step_mm = 2.0
 /// Faults without long time-outs, because this rig runs in real time while nothing is sent.
 const FAULTS: &str = "[virtual.faults]\nflip = 0.01\ndouble = 0.01\nwrong_ok = 0.02\n";
 
-fn here(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
-fn fieldgap() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
-    command.stdin(Stdio::null());
-    command
-}
-
 /// Scans on a virtual rig with additional lines in its file; returns the scan's folder.
 fn scanned(home: &Path, more: &str) -> (PathBuf, Output) {
     let (plan, rig, folder) = (home.join("plan.toml"), home.join("rig.toml"), home.join("scan"));
     std::fs::write(&plan, PLAN).expect("written");
-    let truth = format!("truth = \"{}\"", here("rigs/truth/thesis-lab.toml").display());
-    let text = std::fs::read_to_string(here("rigs/virtual.toml"))
-        .expect("the rig file is there")
-        .replace("truth = \"truth/thesis-lab.toml\"", &truth);
-    std::fs::write(&rig, text + more).expect("written");
+    std::fs::write(&rig, virtual_rig("\"lockstep\"") + more).expect("written");
     let scan = fieldgap()
         .arg("scan")
         .arg(&plan)

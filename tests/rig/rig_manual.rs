@@ -8,9 +8,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
-fn here(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
+use crate::repository::here;
 
 /// The command, with the permission that it needs to move or emit.
 fn fieldgap(arguments: &[&str], rig: &Path) -> Command {

@@ -10,6 +10,8 @@ use fieldgap::records::RecordedScan;
 use fieldgap::rig_file::simulated_devices;
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, prlimit};
 
+use crate::repository::{fieldgap, here};
+
 const PLAN: &str = r#"
 name = "fails"
 [simulator]
@@ -23,16 +25,6 @@ z_mm = 100.0
 size_mm = [40.0, 40.0]
 step_mm = 2.0
 "#;
-
-fn here(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
-fn fieldgap() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
 
 /// A virtual rig kept open by another process, and a rig file with its ports only.
 fn external_rig(home: &Path) -> (Child, PathBuf) {

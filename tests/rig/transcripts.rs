@@ -2,12 +2,10 @@
 //!
 //! Each folder in `transcripts` was written by `rig check --record` on devices that no one here wrote. Its file `about.txt` says which.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-fn here(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
+use crate::repository::here;
 
 fn fieldgap(arguments: &[&str], folder: &Path) -> (bool, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));

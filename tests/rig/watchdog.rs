@@ -10,6 +10,8 @@ use fieldgap::records::RecordedScan;
 use rustix::process::{Pid, Signal, kill_process};
 use serialport::TTYPort;
 
+use crate::repository::{here, virtual_rig};
+
 /// Longest time until the array is silent.
 const SAFE_WITHIN: Duration = Duration::from_secs(3);
 
@@ -26,10 +28,6 @@ z_mm = 100.0
 at_mm = [[0.0, 0.0, 100.0], [1.0, 0.0, 100.0], [140.0, 140.0, 220.0], [0.0, 1.0, 100.0]]
 "#;
 
-fn here(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
 fn fieldgap() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
@@ -44,14 +42,8 @@ struct Rig {
 
 impl Rig {
     fn open(home: &Path) -> Self {
-        let text =
-            std::fs::read_to_string(here("rigs/virtual.toml")).expect("the rig file is there");
-        let truth = format!("truth = \"{}\"", here("rigs/truth/thesis-lab.toml").display());
-        let text = text
-            .replace("pace = \"lockstep\"", "pace = { times = 6.0 }")
-            .replace("truth = \"truth/thesis-lab.toml\"", &truth);
         let path = home.join("virtual.toml");
-        std::fs::write(&path, text).expect("the rig file is written");
+        std::fs::write(&path, virtual_rig("{ times = 6.0 }")).expect("the rig file is written");
         let mut process = fieldgap().arg("virtual").arg(path).spawn().expect("it starts");
         let lines = BufReader::new(process.stdout.as_mut().expect("it is piped")).lines();
         let port = |line: std::io::Result<String>| {

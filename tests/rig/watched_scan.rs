@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use fieldgap::records::{EventKind, RecordedScan, read_events};
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::repository::{fieldgap, here, virtual_rig};
 use crate::terminal::{Terminal, shown};
 
 /// Longest wait.
@@ -29,27 +30,17 @@ size_mm = [30.0, 30.0]
 step_mm = 2.0
 "#;
 
-fn here(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
 /// A plan, and a virtual rig at a multiple of real time, or in lockstep.
 fn plan_and_rig(home: &Path, plan: &str, pace: &str) -> (PathBuf, PathBuf) {
-    let text = std::fs::read_to_string(here("rigs/virtual.toml")).expect("it is there");
-    let truth = here("rigs/truth/thesis-lab.toml");
-    let text = text
-        .replace("pace = \"lockstep\"", &format!("pace = {pace}"))
-        .replace("truth/thesis-lab.toml", &truth.to_string_lossy());
     let (plan_path, rig_path) = (home.join("plan.toml"), home.join("rig.toml"));
     std::fs::write(&plan_path, plan).expect("it is written");
-    std::fs::write(&rig_path, text).expect("it is written");
+    std::fs::write(&rig_path, virtual_rig(pace)).expect("it is written");
     (plan_path, rig_path)
 }
 
 fn scan(plan: &Path, rig: &Path, folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_fieldgap"));
+    let mut command = fieldgap();
     command.arg("scan").arg(plan).arg("--rig").arg(rig).arg("--out").arg(folder).arg("--trust");
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 

@@ -30,7 +30,7 @@ use crate::selection::model_search::{ModelSearch, in_question};
 use crate::selection::scored_model::{ScoredModel, is_near, leaves_noise};
 use crate::verdict::fresh::{CorrectedTest, FreshReadings, FreshTest};
 use crate::verdict::gap_size::{as_believed, noise_floor};
-use crate::verdict::many_causes::Judged;
+use crate::verdict::judged::Judged;
 
 /// How a diagnosis is made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -260,7 +260,7 @@ pub(crate) const FIRST_WIDTH: f64 = 20.0;
 /// Rounds in which the widths of the priors settle, at most. Set by judgement.
 pub(crate) const ROUNDS_OF_WIDTHS: usize = 8;
 
-/// Rounds in which a set of many effects is extended by what has no slope, and reduced, at most. Set by judgement.
+/// Rounds in which a set of many effects is extended by what has no slope, and reduced, and how many sets are exchanged from, at most. Set by judgement.
 pub(crate) const JOINT_ROUNDS: usize = 4;
 
 /// Steps by exchanges towards a better subset of effects, at most. Set by judgement.

@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use square_array::{Scan, WAVENUMBER_RAD_M, named_alone, real};
+use square_array::{NOISE, Scan, WAVENUMBER_RAD_M, named_alone, real};
 
 mod square_array;
 
@@ -105,6 +105,12 @@ fn scan() -> Scan {
     Scan::new(6, &foci, 22, &[80.0, 120.0, 160.0, 200.0])
 }
 
+/// That what a set of few effects leaves is not taken for noise.
+fn is_noise_of_readings(diagnosis: &Diagnosis) {
+    let found = diagnosis.noise.multiplicative;
+    assert!((found / NOISE.0 - 1.0).abs() < 0.08, "{found}");
+}
+
 fn error(diagnosis: &Diagnosis, name: &str) -> f64 {
     match diagnosis.ranked[0].parameters.get(name) {
         Some(FittedParameter::Real { standard_error, .. }) => *standard_error,
@@ -147,6 +153,7 @@ fn the_causes_of_a_whole_bench_are_told() {
         assert!(diagnosis.effects.contains(&id), "{id}: {}", diagnosis.to_text());
     }
     assert_eq!(diagnosis.effects.len(), 7);
+    is_noise_of_readings(&diagnosis);
     assert_eq!(diagnosis.effects[0], EffectId::ArrayTilt);
     for (name, expected) in [
         ("array-tilt.about_x_rad", 0.025),
@@ -185,6 +192,7 @@ fn of_many_causes_those_beyond_doubt_are_named() {
     let rest = diagnosis.remainder.as_ref().expect("a rest");
     assert_eq!(rest.left_to, [[EffectId::Absorption], [EffectId::Spreading]], "{text}");
     assert!(rest.share < 0.01, "{text}");
+    is_noise_of_readings(&diagnosis);
     assert!(diagnosis.next_measurement.is_some(), "{text}");
     assert!(
         diagnosis.sentence.ends_with(

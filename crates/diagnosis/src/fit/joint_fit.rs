@@ -101,12 +101,11 @@ impl Fit {
     /// Nats of likelihood that one of its effects gains over doing nothing, by the quadratic form of the cost; `None` where the form does not say.
     pub fn nats_of(&self, number: usize) -> Option<f64> {
         let range = self.ranges()[number].clone();
-        let Instance { effect, choice } = &self.instances[number];
-        if effect.search() == Search::Random || range.is_empty() {
+        let instance = &self.instances[number];
+        if instance.effect.search() == Search::Random || range.is_empty() {
             return None;
         }
-        let neutral = effect.parameters_of(choice).iter().map(|parameter| parameter.neutral);
-        let departures = self.values[number].iter().zip(neutral);
+        let departures = self.values[number].iter().zip(instance.neutral());
         let departures = DVector::from_iterator(range.len(), departures.map(|(v, n)| v - n));
         let covariance = self.covariance.as_ref()?;
         let own = covariance.view((range.start, range.start), (range.len(), range.len()));

@@ -120,7 +120,7 @@ impl QuadraticCost {
             let laws = effect.choices().into_iter().filter(|law| *law != choice);
             for choice in laws.filter(|_| can_be_exchanged(effect)) {
                 let instance = Instance { effect, choice };
-                start.values.push(neutral(&instance));
+                start.values.push(instance.neutral());
                 start.spreads.push(f64::NAN);
                 start.instances.push(instance);
             }
@@ -170,7 +170,7 @@ impl QuadraticCost {
         let carried = within.solve(&across);
         let curvature = block(&own, &own) - across.transpose() * &carried;
         let neutral: Vec<f64> =
-            groups.iter().flat_map(|group| neutral(&start.instances[group.number])).collect();
+            groups.iter().flat_map(|group| start.instances[group.number].neutral()).collect();
         let from_neutral = DVector::from_fn(own.len(), |n, _| at[own[n]] - neutral[n]);
         let alone = within.solve(&part(&beside));
         let downhill = part(&own) - across.transpose() * &alone + &curvature * &from_neutral;
@@ -340,7 +340,7 @@ impl QuadraticCost {
                 None => beside.by_ref().take(values[number].len()).collect(),
                 Some(group) if subset.iter().any(|&one| self.groups[one].number == number) => {
                     let departures = departures.rows(group.range.start, group.range.len());
-                    neutral(instance).iter().zip(&departures).map(|(n, d)| n + d).collect()
+                    instance.neutral().iter().zip(&departures).map(|(n, d)| n + d).collect()
                 }
                 Some(_) => continue,
             };
@@ -355,11 +355,6 @@ impl QuadraticCost {
         }
         Some(start)
     }
-}
-
-fn neutral(instance: &Instance) -> Vec<f64> {
-    let parameters = instance.effect.parameters_of(&instance.choice).iter();
-    parameters.map(|parameter| parameter.neutral).collect()
 }
 
 /// Every pair of them.
@@ -382,12 +377,12 @@ mod tests {
 
     const READINGS: usize = 400;
 
-    /// Columns of random numbers for a gain and for one number of each of these effects, in their units of scale.
+    /// Effects of one number each.
     const EFFECTS: [EffectId; 4] =
         [EffectId::SoundSpeed, EffectId::Pitch, EffectId::Absorption, EffectId::Spreading];
 
     /// A quadratic form about a point where the first two of four effects act. The third column is nearly the sum of these, and the readings are three
-    /// times the third and noise.
+    /// times the third, beside a gain.
     fn cost() -> (QuadraticCost, Vec<Vec<f64>>, Vec<f64>) {
         let wave =
             |rate: f64| -> Vec<f64> { (0..READINGS).map(|n| (rate * n as f64).sin()).collect() };
@@ -452,6 +447,20 @@ mod tests {
         assert!(without.keys().all(|subset| !subset.contains(&2)));
     }
 
+    /// Each effect is left out in turn, by all of its laws, and its law may change in one exchange.
+    #[test]
+    fn no_subset_holds_two_laws_of_one_effect() {
+        let (mut cost, ..) = cost();
+        let law =
+            |law| Instance { effect: effect(EffectId::Directivity), choice: Choice::Law(law) };
+        cost.start.instances[2..].clone_from_slice(&[law(0), law(1)]);
+        let beside = cost.beside(&[0, 2], Moves::UpToThree, None);
+        assert!(beside.iter().all(|subset| !(subset.contains(&2) && subset.contains(&3))));
+        assert!(beside.contains(&vec![0, 3]));
+        let without = cost.beside(&[0], Moves::One, Some(2));
+        assert!(without.iter().all(|subset| !subset.contains(&2) && !subset.contains(&3)));
+    }
+
     /// A wider pitch is a larger field at a shorter wavelength. From a fit of these two causes the way leads to the one.
     #[test]
     fn a_start_leads_to_what_made_the_readings() {
@@ -488,6 +497,11 @@ mod tests {
             start.instances.len() == 1 && start.instances[0].effect.id() == EffectId::Pitch
         };
         let start = exchanges.best().into_iter().find(is_pitch).expect("among the best");
+        let holds = |start: &Start, id| start.instances.iter().any(|i| i.effect.id() == id);
+        for id in ids {
+            let without = exchanges.without_each();
+            assert!(without.iter().any(|start| !holds(start, id)), "without {id}");
+        }
         let found = fit(&observations, context, start, SEARCH);
         assert!((found.values[0][0] - RATIO).abs() < 1e-3, "{:?}", found.values);
         assert!(found.cost < imitated.cost + 1.0, "{} {}", found.cost, imitated.cost);

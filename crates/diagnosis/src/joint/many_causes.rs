@@ -249,3 +249,37 @@ fn on_scale(fit: &Fit, observations: &Observations, context: &Context) -> Vec<Ex
     };
     expected.into_iter().zip(scales).map(on_scale).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Vec3;
+
+    use super::*;
+    use crate::effects::effect;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::effects::turbulence;
+    use crate::model::effect::Choice;
+    use crate::model::instance::Instance;
+
+    /// Turbulence that doubles the scatter hardly changes the expected readings. A pitch that is off by 0.2 % changes them by less than the noise.
+    #[test]
+    fn an_effect_that_only_scatters_readings_counts_by_their_scatter() {
+        let bench = Bench::new();
+        let places = (0..200).map(|n| Vec3::new(1e-4 * f64::from(n), 0.0, 0.1)).collect();
+        let observations = bench.observations(&[(bench.believed().excitation.clone(), places)]);
+        let order = |rad_per_sqrt_m: f64| {
+            let pitch = Instance { effect: effect(EffectId::Pitch), choice: Choice::None };
+            let air =
+                Instance { effect: effect(EffectId::Turbulence), choice: turbulence::OF_PATHS };
+            let fit = Fit {
+                instances: vec![pitch, air],
+                values: vec![vec![1.002], vec![rad_per_sqrt_m]],
+                spreads: vec![f64::NAN; 2],
+                ..Fit::of_nothing(vec![nuisance()])
+            };
+            by_size(fit, &observations, &bench.context).ids()
+        };
+        assert_eq!(order(0.6), [EffectId::Turbulence, EffectId::Pitch]);
+        assert_eq!(order(1e-4), [EffectId::Pitch, EffectId::Turbulence]);
+    }
+}

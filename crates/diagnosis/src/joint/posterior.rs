@@ -120,7 +120,7 @@ impl Posterior {
 fn neutral_of(instance: &Instance, count: usize) -> Vec<f64> {
     match instance.effect.search() {
         Search::Random => vec![0.0; count],
-        _ => instance.effect.parameters_of(&instance.choice).iter().map(|p| p.neutral).collect(),
+        _ => instance.neutral(),
     }
 }
 

@@ -15,6 +15,14 @@ pub(crate) struct Instance {
     pub choice: Choice,
 }
 
+impl Instance {
+    /// Where the effect does nothing; nothing for random elements.
+    pub fn neutral(&self) -> Vec<f64> {
+        let parameters = self.effect.parameters_of(&self.choice).iter();
+        parameters.map(|parameter| parameter.neutral).collect()
+    }
+}
+
 impl fmt::Debug for Instance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {:?}", self.effect.id(), self.choice)

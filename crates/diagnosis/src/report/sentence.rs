@@ -180,3 +180,29 @@ fn names(effects: &[EffectId]) -> String {
         None => "no effect".to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_part_leaves_is_left_to_others() {
+        let remainder = |gap: f64, left_to: &[&[EffectId]]| Remainder {
+            share: 0.01,
+            gap,
+            looks_like: vec!["neighbours alike: 5 σ".to_owned()],
+            left_to: left_to.iter().map(|set| set.to_vec()).collect(),
+        };
+        assert_eq!(
+            left_to(&remainder(0.02, &[&[EffectId::Flow, EffectId::Lag], &[EffectId::Pitch]])),
+            format!(
+                " The remaining {} is explained equally well by flow and lag, or by pitch; these data cannot distinguish them.",
+                percent(0.02)
+            )
+        );
+        assert_eq!(
+            left_to(&remainder(0.0, &[&[EffectId::Pitch]])),
+            " What is left, no larger than noise, may be due to pitch, or to noise."
+        );
+    }
+}

@@ -127,19 +127,21 @@ fn has_several_causes(set: &ScoredModel) -> bool {
 /// The largest set that is certain and suffices alone; larger sets that hold it only add what is doubtful.
 fn certain_set(scored: &[ScoredModel], probabilities: &[f64]) -> Option<usize> {
     // To name a set is to say that its effects are there, not that there are no others: sets that hold it and more support it.
-    let support = |number: usize| -> f64 {
-        let ids = scored[number].fit.ids();
-        let holds = |other: &ScoredModel| {
-            let others = other.fit.ids();
-            ids.iter().all(|id| others.contains(id)) && (!ids.is_empty() || others.is_empty())
-        };
-        scored.iter().zip(probabilities).filter(|(set, _)| holds(set)).map(|(_, p)| p).sum()
-    };
+    let support = |number: usize| support(&scored[number].fit.ids(), scored, probabilities);
     (0..scored.len())
         .filter(|number| !scored[*number].fit.instances.is_empty())
         .filter(|number| probabilities[*number] >= SUFFICES_ALONE)
         .filter(|number| support(*number) >= CERTAIN)
         .max_by_key(|number| scored[*number].fit.instances.len())
+}
+
+/// Probability of all sets that hold these effects.
+pub(crate) fn support(ids: &[EffectId], scored: &[ScoredModel], probabilities: &[f64]) -> f64 {
+    let holds = |set: &ScoredModel| {
+        let others = set.fit.ids();
+        ids.iter().all(|id| others.contains(id))
+    };
+    scored.iter().zip(probabilities).filter(|(set, _)| holds(set)).map(|(_, p)| p).sum()
 }
 
 /// The best sets that together are likely enough, but for those that hold a better one.

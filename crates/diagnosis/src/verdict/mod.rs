@@ -1,7 +1,7 @@
 //! The verdict, and the size of the gap.
 //!
 //! - [`judgement`]: which set, if any, is named.
-//! - [`many_causes`]: the same where many effects act.
+//! - [`judged`]: the sets with their verdict, those of many effects where none of few explains the gap.
 //! - [`gap_size`]: the gap over some readings.
 //! - [`held_out`]: the gap over readings kept out of the fit.
 //! - [`fresh`]: the named set held against readings taken after its fit.
@@ -12,6 +12,6 @@ pub mod fresh;
 pub mod gap_budget;
 pub mod gap_size;
 pub mod held_out;
+pub mod judged;
 pub mod judgement;
-pub mod many_causes;
 pub mod waterfall;

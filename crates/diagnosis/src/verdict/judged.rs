@@ -1,4 +1,4 @@
-//! The verdict where no set of few effects explains a gap, but one of many comes near it.
+//! Sets of effects with their verdict; where no set of few effects explains a gap, of sets of many.
 //!
 //! Of many small effects some have rivals: other effects explain the readings as well in their place. The others are in every likely set. They are
 //! named, with the share of the gap that they leave.
@@ -15,7 +15,7 @@ use crate::residual_structure::test::Test;
 use crate::result::Verdict;
 use crate::selection::model_search::{ModelSearch, in_question};
 use crate::selection::scored_model::{ScoredModel, believed, best_first};
-use crate::verdict::judgement::{Judgement, PartOf, judge};
+use crate::verdict::judgement::{Judgement, PartOf, judge, support};
 
 /// Sets of effects, the best first, with the verdict.
 pub(crate) struct Judged {
@@ -124,13 +124,4 @@ fn in_all_likely(scored: &[ScoredModel], probabilities: &[f64]) -> Vec<EffectId>
     let mut held = scored[0].fit.ids();
     held.retain(|id| support(&[*id], scored, probabilities) >= CERTAIN);
     held
-}
-
-/// Probability of all sets that hold these effects.
-fn support(ids: &[EffectId], scored: &[ScoredModel], probabilities: &[f64]) -> f64 {
-    let holds = |set: &ScoredModel| {
-        let others = set.fit.ids();
-        ids.iter().all(|id| others.contains(id))
-    };
-    scored.iter().zip(probabilities).filter(|(set, _)| holds(set)).map(|(_, p)| p).sum()
 }

@@ -313,6 +313,11 @@ impl QuadraticCost {
         Some(Estimate { departures, log_evidence })
     }
 
+    /// Where all else is, in the order of the start, if the groups have these departures.
+    fn beside_at(&self, departures: &DVector<f64>) -> DVector<f64> {
+        &self.beside - &self.carried * departures
+    }
+
     /// Where a fit of a subset begins, with the effects that are in every subset before it; `None` where the quadratic form leads to what is not plausible.
     fn start_of(
         &self,
@@ -325,7 +330,7 @@ impl QuadraticCost {
         for (departure, number) in estimate.departures.iter().zip(self.numbers(subset)) {
             departures[number] = *departure;
         }
-        let beside = &self.beside - &self.carried * &departures;
+        let beside = self.beside_at(&departures);
         let mut beside = beside.iter().copied();
         let Start { instances, spreads, nuisance, values } = &self.start;
         let scans = nuisance.as_ref().map_or(0, Vec::len);
@@ -428,7 +433,7 @@ mod tests {
         assert!((estimate.departures[1] - solution[2]).abs() < 1e-9);
         let mut departures = DVector::from_element(4, 0.0);
         (departures[0], departures[3]) = (estimate.departures[0], estimate.departures[1]);
-        let beside = &cost.beside - &cost.carried * departures;
+        let beside = cost.beside_at(&departures);
         assert!((beside[0] - solution[0]).abs() < 1e-9, "{beside} {solution}");
     }
 

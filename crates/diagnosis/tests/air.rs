@@ -89,6 +89,23 @@ fn strong_turbulence_is_found_in_scattered_readings() {
     is_turbulence(&scan, 3.0, &mut random);
 }
 
+/// One reading in 17 is that of the place before: the receiver was asked too early. In its mean square this is the scatter of weak turbulence.
+#[test]
+fn a_few_readings_that_come_late_are_no_turbulence() {
+    let scan = Scan::new(6, &[[5.0, 0.0, 100.0]], 30, &[60.0, 100.0, 140.0]);
+    let elements = scan.believed(0).array.len();
+    let mut waves = 0;
+    let record = scan.read_waves(55, |element, phase_rad, at| {
+        let reading = waves / elements;
+        waves += 1;
+        let at = if reading % 17 == 16 { &scan.places_m[reading - 1] } else { at };
+        piston(element, at) * Complex64::cis(phase_rad)
+    });
+    let diagnosis = diagnose(&[record], None).expect("comparable");
+    assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{}", diagnosis.to_text());
+    assert!(diagnosis.sentence.contains("a few readings far off"), "{}", diagnosis.sentence);
+}
+
 /// The amplifier is noisy while it drives, and silent otherwise. Near a floor that is added in power, noise before the detector would hardly show;
 /// what the repeats scatter there was told as turbulence.
 #[test]

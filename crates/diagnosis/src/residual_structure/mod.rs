@@ -23,6 +23,7 @@ use crate::residual_structure::converter_steps::ConverterSteps;
 use crate::residual_structure::element_order::order_of_elements;
 use crate::residual_structure::patterns::REPEATS_ALIKE;
 use crate::residual_structure::test::{Kind, Test};
+use crate::statistics::significance::z_of_kurtosis;
 
 /// The residuals of a fit and their tests.
 pub(crate) struct ResidualStructure {
@@ -50,6 +51,11 @@ impl ResidualStructure {
         let mut tests =
             vec![plain(Kind::NoFlaw, PATTERN_LIMIT)(("more scatter than the noise", scatter))];
         let patterns = patterns::z_scores(observations, &residuals);
+        if fit.instances.iter().any(|instance| instance.effect.scatters_repeats()) {
+            // Air and robot scatter each reading. If a few readings make the scatter, it has another cause.
+            let far = ("a few readings far off", z_of_kurtosis(&residuals));
+            tests.push(plain(Kind::NoFlaw, PATTERN_LIMIT)(far));
+        }
         tests.extend(patterns.into_iter().map(|(name, z)| {
             let limit = if name == REPEATS_ALIKE { SINGLE_CAUSE_LIMIT } else { PATTERN_LIMIT };
             plain(Kind::Pattern, limit)((name, z))

@@ -15,9 +15,56 @@ pub(crate) fn less_by_chance(largest: f64, count: f64) -> f64 {
     (largest * largest.max(0.0) - 2.0 * count.ln()).max(0.0).sqrt()
 }
 
+/// The deviate of the kurtosis of numbers of mean zero, if these are normal (F. J. Anscombe and W. J. Glynn, Biometrika 70, 227, 1983). Positive where a
+/// few of them are much larger than the others. Of fewer than twenty numbers it says nothing.
+pub(crate) fn z_of_kurtosis(numbers: &[f64]) -> f64 {
+    const FEWEST: usize = 20;
+    if numbers.len() < FEWEST {
+        return 0.0;
+    }
+    let n = numbers.len() as f64;
+    let moment = |power: i32| numbers.iter().map(|x| x.powi(power)).sum::<f64>() / n;
+    let kurtosis = moment(4) / moment(2).powi(2);
+    let expected = 3.0 * (n - 1.0) / (n + 1.0);
+    let variance = 24.0 * n * (n - 2.0) * (n - 3.0) / ((n + 1.0).powi(2) * (n + 3.0) * (n + 5.0));
+    let x = (kurtosis - expected) / variance.sqrt();
+    let skewness = 6.0 * (n * n - 5.0 * n + 2.0) / ((n + 7.0) * (n + 9.0))
+        * (6.0 * (n + 3.0) * (n + 5.0) / (n * (n - 2.0) * (n - 3.0))).sqrt();
+    let a = 6.0 + 8.0 / skewness * (2.0 / skewness + (1.0 + 4.0 / (skewness * skewness)).sqrt());
+    let ratio = (1.0 - 2.0 / a) / (1.0 + x * (2.0 / (a - 4.0)).sqrt());
+    ((1.0 - 2.0 / (9.0 * a)) - ratio.cbrt()) / (2.0 / (9.0 * a)).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
     use super::*;
+
+    /// Of -9.5 to 9.5 in steps of one, by the documentation of SciPy's `kurtosistest`.
+    #[test]
+    fn the_kurtosis_of_a_published_example_has_its_deviate() {
+        let even: Vec<f64> = (0..20).map(|n| f64::from(n) - 9.5).collect();
+        let z = z_of_kurtosis(&even);
+        assert!((z + 1.705_810_415_212_206_2).abs() < 1e-12, "{z}");
+    }
+
+    #[test]
+    fn the_kurtosis_of_normal_numbers_is_seldom_beyond_its_limits() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut far = 0;
+        for _ in 0..2000 {
+            let numbers: Vec<f64> = StandardNormal.sample_iter(&mut random).take(100).collect();
+            far += usize::from(z_of_kurtosis(&numbers) > 2.0);
+        }
+        // One in 44; of 2000, within three standard deviations.
+        assert!((25..=66).contains(&far), "{far}");
+        let mut few_far: Vec<f64> = StandardNormal.sample_iter(&mut random).take(1000).collect();
+        few_far[..10].fill(6.0);
+        assert!(z_of_kurtosis(&few_far) > 8.0);
+    }
 
     /// Chi-square that one in a thousand exceeds, by the tables; a normal number exceeds 3.09 as seldom.
     #[test]

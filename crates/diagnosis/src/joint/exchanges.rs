@@ -4,7 +4,7 @@
 //! the fit of one set the residuals are linear in the numbers of all effects that have a slope, those of the set and all others. Then the cost of any subset
 //! of them, and by Laplace's method its evidence, follow from one matrix. Thousands of subsets are compared so, and the best are fitted.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use fieldgap_acoustics::least_squares::{Linearisation, dot};
@@ -79,34 +79,12 @@ impl<'o> Exchanges<'o> {
 
     /// The subsets with the greatest evidence, as starts of fits, the best first; the set itself and sets that hold a better one are not among them.
     pub fn best(&self) -> Vec<Start> {
-        let seen = self.cost.climb(self.held.clone(), Moves::UpToThree, None);
-        self.starts(self.cost.irredundant(&seen, &self.held).take(MOST_EXCHANGES))
+        let seen = self.cost.climb(self.held.clone());
+        let subsets = self.cost.irredundant(&seen, &self.held).take(MOST_EXCHANGES);
+        subsets
+            .filter_map(|subset| self.cost.start_of(&subset, self.observations, self.context))
+            .collect()
     }
-
-    /// The same for each effect of the set, without it: the best alone.
-    pub fn without_each(&self) -> Vec<Start> {
-        let without = |&excluded: &usize| {
-            let others = self.held.iter().copied().filter(|&group| group != excluded).collect();
-            let seen = self.cost.climb(others, Moves::One, Some(excluded));
-            self.cost.irredundant(&seen, &self.held).next()
-        };
-        let subsets: BTreeSet<Subset> = self.held.iter().filter_map(without).collect();
-        self.starts(subsets.into_iter())
-    }
-
-    fn starts(&self, subsets: impl Iterator<Item = Subset>) -> Vec<Start> {
-        let start = |subset: Subset| self.cost.start_of(&subset, self.observations, self.context);
-        subsets.filter_map(start).collect()
-    }
-}
-
-/// What a climb tries at each step.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Moves {
-    /// One effect more, less, or exchanged.
-    One,
-    /// Also two in place of one, and one in place of two.
-    UpToThree,
 }
 
 impl QuadraticCost {
@@ -188,12 +166,12 @@ impl QuadraticCost {
         Some(Self { start, groups, curvature, downhill, limits, beside, carried })
     }
 
-    /// Climbs to the greatest evidence, among subsets without one of the groups; all that are compared, with their evidence.
-    fn climb(&self, mut at: Subset, moves: Moves, excluded: Option<usize>) -> Seen {
+    /// Climbs to the greatest evidence; all subsets that are compared, with their evidence.
+    fn climb(&self, mut at: Subset) -> Seen {
         let mut best = self.log_evidence(&at);
         let mut seen = Seen::from([(at.clone(), best)]);
         for _ in 0..MOST_CLIMBS {
-            let mut new = self.beside(&at, moves, excluded);
+            let mut new = self.beside(&at);
             new.retain(|subset| !seen.contains_key(subset));
             let new = new.into_par_iter().map(|subset| {
                 let log_evidence = self.log_evidence(&subset);
@@ -236,28 +214,21 @@ impl QuadraticCost {
         self.estimate(subset).map_or(f64::NEG_INFINITY, |estimate| estimate.log_evidence)
     }
 
-    /// Subsets with one effect more, one less, and others in place of one or two.
-    fn beside(&self, subset: &[usize], moves: Moves, excluded: Option<usize>) -> Vec<Subset> {
-        let is_other = |group: &usize| {
-            !subset.contains(group)
-                && excluded.is_none_or(|excluded| !self.are_one(excluded, *group))
-        };
-        let others: Vec<usize> = (0..self.groups.len()).filter(is_other).collect();
-        let alone = |all: &[usize]| -> Vec<Vec<usize>> {
+    /// Subsets with one or two effects more, one or two less, and others in place of one or two: two for one, one for two.
+    fn beside(&self, subset: &[usize]) -> Vec<Subset> {
+        let others: Vec<usize> =
+            (0..self.groups.len()).filter(|group| !subset.contains(group)).collect();
+        let at_most_one = |all: &[usize]| -> Vec<Vec<usize>> {
             let each = all.iter().map(|&one| vec![one]);
             std::iter::once(Vec::new()).chain(each).collect()
         };
         let mut exchanged: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
-        for out in alone(subset) {
-            exchanged.extend(alone(&others).into_iter().map(|into| (out.clone(), into)));
+        for out in at_most_one(subset) {
+            let into = at_most_one(&others).into_iter().chain(pairs(&others));
+            exchanged.extend(into.map(|into| (out.clone(), into)));
         }
-        if moves == Moves::UpToThree {
-            for out in alone(subset) {
-                exchanged.extend(pairs(&others).into_iter().map(|into| (out.clone(), into)));
-            }
-            for out in pairs(subset) {
-                exchanged.extend(alone(&others).into_iter().map(|into| (out.clone(), into)));
-            }
+        for out in pairs(subset) {
+            exchanged.extend(at_most_one(&others).into_iter().map(|into| (out.clone(), into)));
         }
         let subset_of = |(out, into): (Vec<usize>, Vec<usize>)| {
             let kept = subset.iter().copied().filter(|group| !out.contains(group));
@@ -441,29 +412,25 @@ mod tests {
     #[test]
     fn one_effect_takes_the_place_of_two_that_imitate_it() {
         let (cost, ..) = cost();
-        let seen = cost.climb(vec![0, 1], Moves::UpToThree, None);
+        let seen = cost.climb(vec![0, 1]);
         let best = seen.iter().max_by(|a, b| a.1.total_cmp(b.1)).expect("some were seen");
         assert_eq!(*best.0, [2]);
         let alternatives: Vec<Subset> = cost.irredundant(&seen, &vec![0, 1]).collect();
         assert_eq!(alternatives[0], [2]);
         // What holds the best set and more is not among them.
         assert!(!alternatives.iter().skip(1).any(|subset| subset.contains(&2)), "{alternatives:?}");
-        let without = cost.climb(vec![0, 1], Moves::One, Some(2));
-        assert!(without.keys().all(|subset| !subset.contains(&2)));
     }
 
-    /// Each effect is left out in turn, by all of its laws, and its law may change in one exchange.
+    /// The law of an effect may change in one exchange.
     #[test]
     fn no_subset_holds_two_laws_of_one_effect() {
         let (mut cost, ..) = cost();
         let law =
             |law| Instance { effect: effect(EffectId::Directivity), choice: Choice::Law(law) };
         cost.start.instances[2..].clone_from_slice(&[law(0), law(1)]);
-        let beside = cost.beside(&[0, 2], Moves::UpToThree, None);
+        let beside = cost.beside(&[0, 2]);
         assert!(beside.iter().all(|subset| !(subset.contains(&2) && subset.contains(&3))));
         assert!(beside.contains(&vec![0, 3]));
-        let without = cost.beside(&[0], Moves::One, Some(2));
-        assert!(without.iter().all(|subset| !subset.contains(&2) && !subset.contains(&3)));
     }
 
     /// A wider pitch is a larger field at a shorter wavelength. From a fit of these two causes the way leads to the one.
@@ -502,11 +469,6 @@ mod tests {
             start.instances.len() == 1 && start.instances[0].effect.id() == EffectId::Pitch
         };
         let start = exchanges.best().into_iter().find(is_pitch).expect("among the best");
-        let holds = |start: &Start, id| start.instances.iter().any(|i| i.effect.id() == id);
-        for id in ids {
-            let without = exchanges.without_each();
-            assert!(without.iter().any(|start| !holds(start, id)), "without {id}");
-        }
         let found = fit(&observations, context, start, SEARCH);
         assert!((found.values[0][0] - RATIO).abs() < 1e-3, "{:?}", found.values);
         assert!(found.cost < imitated.cost + 1.0, "{} {}", found.cost, imitated.cost);

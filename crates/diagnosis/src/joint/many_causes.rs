@@ -116,7 +116,6 @@ fn explored(
         let Some(exchanges) = Exchanges::of(&next.fit, observations, context) else { break };
         known.extend(fitted(exchanges.best(), best, observations, context));
         if next.log_evidence == best && known.iter().all(|set| set.log_evidence <= best) {
-            known.extend(fitted(exchanges.without_each(), best, observations, context));
             // Walls and objects, whose search takes long, show on some readings.
             let sought = |search| !matches!(search, Search::Walls | Search::Objects);
             known.extend(with_what_has_no_slope(&next, sought, observations, context));

@@ -167,6 +167,30 @@ fn the_causes_of_a_whole_bench_are_told() {
     }
 }
 
+/// Three effects leave a residual that passes for noise a third larger than that of the readings. Beside it the rest could not be told.
+#[test]
+fn what_few_effects_leave_is_not_taken_for_noise() {
+    let causes = Causes {
+        tilt_rad: [0.03, -0.02],
+        spreads: [0.0, 0.03],
+        turn_rad: 0.01,
+        scale_x: 1.01,
+        drift: -0.05,
+        ..Causes::none()
+    };
+    let diagnosis = diagnose(&[causes.read(&scan(), 9)], None).expect("comparable");
+    let expected = [
+        EffectId::ArrayTilt,
+        EffectId::ElementPhase,
+        EffectId::Rotation,
+        EffectId::AxisScale,
+        EffectId::GainDrift,
+    ];
+    assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.to_text());
+    assert_eq!(diagnosis.effects, expected, "{}", diagnosis.to_text());
+    is_noise_of_readings(&diagnosis);
+}
+
 /// Of four small causes beside a tilt, the absorption is so weak that another law of spreading does as well. The others are named, with the numbers that they
 /// have beside it: without it the drift would be two thirds too large.
 #[test]

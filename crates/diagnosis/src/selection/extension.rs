@@ -98,8 +98,13 @@ impl Extension {
             return Self { fitted: Vec::new(), given_up: Vec::new() };
         };
         let least = kept_anyway.min(best_first[0] - GIVEN_UP);
-        let (kept, given_up): (Vec<_>, Vec<_>) =
-            rough.into_iter().zip(estimates).partition(|(_, estimate)| *estimate >= least);
+        // The evidence of a smaller spread of the other elements is not in the estimate.
+        let may_tell_a_smaller_spread =
+            |set: &Extended| !bases[set.number].keeps_slopes(set.effect);
+        let (kept, given_up): (Vec<_>, Vec<_>) = rough
+            .into_iter()
+            .zip(estimates)
+            .partition(|((set, _), estimate)| *estimate >= least || may_tell_a_smaller_spread(set));
         let fitted: Vec<(ScoredModel, bool)> = kept
             .into_par_iter()
             .map(|((set, fit), _)| match share > 1.0 {
@@ -196,9 +201,17 @@ impl<'o> Base<'o> {
         }
     }
 
-    /// The derivatives of all readings by what is fitted already; none where another effect would change them.
-    fn known(&self) -> &[Vec<f64>] {
-        if self.near { self.scores.known() } else { &[] }
+    /// The derivatives of all readings by what is fitted already; none where the effect would change them.
+    fn known(&self, effect: &'static dyn Effect) -> &[Vec<f64>] {
+        if self.near && self.keeps_slopes(effect) { self.scores.known() } else { &[] }
+    }
+
+    /// Whether the readings go on following the departures of single elements as they did: what silences or exchanges an element changes how they follow
+    /// its departure, and a fit by the slopes of before ends at departures of any size.
+    fn keeps_slopes(&self, effect: &'static dyn Effect) -> bool {
+        let is_random = |instance: &Instance| instance.effect.search() == Search::Random;
+        let is_of_elements = matches!(effect.search(), Search::Sets | Search::Exchanges);
+        !is_of_elements || !self.scored.fit.instances.iter().any(is_random)
     }
 
     /// The best fit with one more effect, to few readings; `None` if the effect is not expected to gain enough.
@@ -238,7 +251,7 @@ impl<'o> Base<'o> {
             let instance = Instance { effect, choice: beginning.choice.clone() };
             is_plausible(coarse, context, &instance, &beginning.values)
         };
-        let known = self.coarse_columns.as_slice();
+        let known = if self.keeps_slopes(effect) { self.coarse_columns.as_slice() } else { &[] };
         let mut starts: Vec<(Start, &[Vec<f64>])> =
             beginnings(effect, &self.quick, &self.scores, slope_leads, context)
                 .into_iter()
@@ -282,7 +295,7 @@ impl<'o> Base<'o> {
         observations: &Observations,
         context: &Context,
     ) -> (ScoredModel, bool) {
-        let known = self.known();
+        let known = self.known(effect);
         let after = |fit: Fit, stopping: Stopping| {
             ScoredModel::of(refined(fit, observations, context, stopping, known), observations)
         };
@@ -336,16 +349,16 @@ mod tests {
     use crate::effect_id::EffectId;
     use crate::effects::effect;
     use crate::effects::testing::{Bench, nuisance};
+    use crate::model::forward_model::ForwardModel;
     use crate::selection::scored_model::believed;
 
-    /// Noisy readings of an array with this factor on its pitch.
-    fn observations(bench: &Bench, pitch: f64) -> Observations {
+    /// Noisy readings of an array with these causes.
+    fn observations(bench: &Bench, causes: &ForwardModel<'_>) -> Observations {
         let at = |n: i32| Vec3::new(f64::from(n % 20), f64::from(n / 20 % 20), 0.0) * 2e-3;
         let below = |n: i32| Vec3::new(-0.02, -0.02, if n < 400 { 0.09 } else { 0.13 });
         let places = (0..800).map(|n| at(n) + below(n)).collect();
         let mut observations = bench.observations(&[(bench.believed().excitation.clone(), places)]);
-        let model = bench.model(EffectId::Pitch, &[pitch]);
-        let expected = model.expected_readings(&observations, &[nuisance()]);
+        let expected = causes.expected_readings(&observations, &[nuisance()]);
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let scan = &mut observations.scans[0];
         for (n, level) in expected.into_iter().enumerate() {
@@ -363,7 +376,7 @@ mod tests {
         let bench = Bench::new();
         let context = &bench.context;
         for (ratio, acts) in [(1.004, true), (1.0, false)] {
-            let observations = observations(&bench, ratio);
+            let observations = observations(&bench, &bench.model(EffectId::Pitch, &[ratio]));
             let coarse = observations.thinned(160);
             let base = believed(&observations, context);
             let base = Base::of(&base, true, &observations, &coarse, context);
@@ -382,5 +395,50 @@ mod tests {
             let left = ScoredModel::of(again, &observations).log_evidence - found.log_evidence;
             assert!(!acts || left < 0.1, "{ratio}: {left}");
         }
+    }
+
+    /// A fit of unequal elements takes it for one that departs by all of its amplitude, and the others for as unequal.
+    #[test]
+    fn a_silent_element_leaves_the_others_nearly_equal() {
+        const SILENT: usize = 5;
+        const SPREAD: f64 = 0.02;
+        let bench = Bench::new();
+        let unequal = Instance { effect: effect(EffectId::ElementGain), choice: Choice::None };
+        let silent = Instance {
+            effect: effect(EffectId::DeadElements),
+            choice: Choice::Elements(vec![SILENT]),
+        };
+        let elements = bench.believed().array.len();
+        let mut random = ChaCha8Rng::seed_from_u64(9);
+        let lots: Vec<f64> = StandardNormal.sample_iter(&mut random).take(elements).collect();
+        let departures = lots.into_iter().map(|lot| SPREAD * lot).collect();
+        let causes = [unequal.clone(), silent.clone()];
+        let causes = ForwardModel::of(&causes, &[departures, vec![]], &bench.context);
+        let observations = observations(&bench, &causes);
+        let mut near = vec![0.0; elements];
+        near[SILENT] = -0.9;
+        let start = Start {
+            instances: vec![unequal],
+            values: vec![near],
+            spreads: vec![f64::NAN],
+            nuisance: None,
+        };
+        let imitated = fit_any(&observations, &bench.context, start, SEARCH, &[]);
+        assert!((imitated.values[0][SILENT] + 1.0).abs() < 0.1, "{:?}", imitated.values);
+        assert!(imitated.spreads[0] > 5.0 * SPREAD, "{:?}", imitated.spreads);
+        let imitated = [ScoredModel::of(imitated, &observations)];
+        // The slopes by the departures hold beside another pitch, and not beside a silent element.
+        let coarse = observations.thinned(160);
+        let base = Base::of(&imitated[0], true, &observations, &coarse, &bench.context);
+        assert!(!base.known(effect(EffectId::Pitch)).is_empty());
+        assert!(base.known(effect(EffectId::DeadElements)).is_empty());
+        let tried = Some([EffectId::DeadElements].into());
+        let context = Context { tried, ..bench.context.clone() };
+        let Extension { fitted, .. } =
+            Extension::of(&imitated, vec![], true, &observations, &context);
+        let [found] = fitted.as_slice() else { panic!("{} sets", fitted.len()) };
+        assert_eq!(found.fit.instances[1].choice, silent.choice);
+        assert!((found.fit.spreads[0] / SPREAD - 1.0).abs() < 0.5, "{:?}", found.fit.spreads);
+        assert!(found.log_evidence > imitated[0].log_evidence + 10.0);
     }
 }

@@ -10,7 +10,7 @@ use crate::advice::next_measurement::next_measurement;
 use crate::effect_id::{EffectId, joined};
 use crate::fit::joint_fit::Fit;
 use crate::fitted_parameter::FittedParameter;
-use crate::limits::{ANOTHER_CAUSE, MOST_CANDIDATES};
+use crate::limits::{ANOTHER_CAUSE, IMITATED_AMONG_MANY, MOST_CANDIDATES, MOST_EFFECTS};
 use crate::model::effect::{Context, Estimate};
 use crate::model::forward_model::ForwardModel;
 use crate::model::nuisance::Nuisance;
@@ -237,9 +237,13 @@ impl ReportBuilder<'_> {
         }
         let model = fit.model(&self.context);
         let after = model.expected_readings(&self.observations, &fit.nuisance);
+        let of_many = whole.is_some() || fit.physical_effects() > MOST_EFFECTS;
+        let true_as_stated = 1.0 - if of_many { IMITATED_AMONG_MANY } else { 0.0 };
         Candidate {
             effects: fit.ids(),
-            probability: (1.0 - ANOTHER_CAUSE) * self.judgement.probabilities[number],
+            probability: (1.0 - ANOTHER_CAUSE)
+                * true_as_stated
+                * self.judgement.probabilities[number],
             log_evidence: scored.log_evidence - self.scored[0].log_evidence,
             parameters,
             readings,

@@ -3,9 +3,9 @@
 
 use std::fmt::Write as _;
 
-use fieldgap::acoustics::{Simulator, Vec3};
-use fieldgap::comparison::{Comparison, Mirror, Pose, Registering, Registration, compare};
-use fieldgap::records::RecordedScan;
+use fieldgap_acoustics::{Simulator, Vec3};
+use fieldgap_comparison::{Comparison, Mirror, Pose, Registering, Registration, compare};
+use fieldgap_records::RecordedScan;
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,10 +4,10 @@
 use std::sync::{Arc, Mutex};
 
 use async_trait::async_trait;
-use fieldgap::input::Positive;
-use fieldgap::rig::motion::guarded::Guarded;
-use fieldgap::rig::travel::{AxisBox, KeepOut};
-use fieldgap::rig::{
+use fieldgap_input::Positive;
+use fieldgap_rig::motion::guarded::Guarded;
+use fieldgap_rig::travel::{AxisBox, KeepOut};
+use fieldgap_rig::{
     Cause, Device, Emergency, Envelope, Feed, Motion, RigError, RobotPosition, Role,
 };
 use rand::{RngExt, SeedableRng};

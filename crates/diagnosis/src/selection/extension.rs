@@ -98,13 +98,8 @@ impl Extension {
             return Self { fitted: Vec::new(), given_up: Vec::new() };
         };
         let least = kept_anyway.min(best_first[0] - GIVEN_UP);
-        // The evidence of a smaller spread of the other elements is not in the estimate.
-        let may_tell_a_smaller_spread =
-            |set: &Extended| !bases[set.number].keeps_slopes(set.effect);
-        let (kept, given_up): (Vec<_>, Vec<_>) = rough
-            .into_iter()
-            .zip(estimates)
-            .partition(|((set, _), estimate)| *estimate >= least || may_tell_a_smaller_spread(set));
+        let (kept, given_up): (Vec<_>, Vec<_>) =
+            rough.into_iter().zip(estimates).partition(|(_, estimate)| *estimate >= least);
         let fitted: Vec<(ScoredModel, bool)> = kept
             .into_par_iter()
             .map(|((set, fit), _)| match share > 1.0 {

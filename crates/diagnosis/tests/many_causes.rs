@@ -153,7 +153,7 @@ fn the_causes_of_a_whole_bench_are_told() {
         assert!(diagnosis.effects.contains(&id), "{id}: {}", diagnosis.to_text());
     }
     assert_eq!(diagnosis.effects.len(), 7);
-    // Of such sets one in five holds an effect that is not there, whatever the evidence.
+    // Of such sets one in four holds an effect that is not there, whatever the evidence.
     assert!((0.7..=0.8).contains(&diagnosis.ranked[0].probability), "{}", diagnosis.to_text());
     is_noise_of_readings(&diagnosis);
     assert_eq!(diagnosis.effects[0], EffectId::ArrayTilt);

@@ -238,11 +238,11 @@ impl ReportBuilder<'_> {
         let model = fit.model(&self.context);
         let after = model.expected_readings(&self.observations, &fit.nuisance);
         let of_many = whole.is_some() || fit.physical_effects() > MOST_EFFECTS;
-        let true_as_stated = 1.0 - if of_many { IMITATED_AMONG_MANY } else { 0.0 };
+        let imitated = if of_many { IMITATED_AMONG_MANY } else { 0.0 };
         Candidate {
             effects: fit.ids(),
             probability: (1.0 - ANOTHER_CAUSE)
-                * true_as_stated
+                * (1.0 - imitated)
                 * self.judgement.probabilities[number],
             log_evidence: scored.log_evidence - self.scored[0].log_evidence,
             parameters,

@@ -234,6 +234,16 @@ fn a_change_of_level_is_told_as_one_and_no_change_as_none() {
     assert_eq!(found.size_in_sigma, 0.0);
 }
 
+/// Thirty repeats tell a variance to 26 %. In this pair they tell one that is a third too small, by which an effect seems to be there.
+#[test]
+fn a_noise_that_few_repeats_tell_too_small_raises_no_alarm() {
+    let laboratory = Laboratory::new(524, 2.0, &[70.0, 100.0, 130.0]);
+    let (a, b, _) = laboratory.pair(&Differs::default(), 524);
+    let found = diagnose_change(&a, &b, None).expect("comparable");
+    assert_eq!(found.verdict, ChangeVerdict::None, "{}", found.to_text());
+    assert!((found.noise.multiplicative / NOISE.0 - 1.0).abs() < 0.1, "{}", found.to_text());
+}
+
 /// The plan of the thesis reads one place several times, and its simulator has defects: neither tells the noise of a record.
 #[test]
 fn a_simulator_with_defects_and_a_record_without_repeats_hide_no_change() {

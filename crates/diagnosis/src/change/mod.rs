@@ -47,7 +47,7 @@ use fieldgap_comparison::{Incomparable, has_phases};
 use fieldgap_records::RecordedScan;
 
 use self::common::ModelOfA;
-use self::noise::MostNoise;
+use self::noise::{MostNoise, noise_left};
 use self::pairs::Pairs;
 use self::report::Report;
 pub use self::result::{
@@ -140,10 +140,18 @@ fn diagnosed(
     if let Some([_, of_b_at_most]) = most {
         of_b_at_most.hold(&mut of_b.scans[0]);
     }
+    let apart = Context { common: None, ..common.clone() };
+    let mut observations = model.beside(&of_a, &of_b, gain, phase, &apart);
+    let mut scored = searched(&observations, &common);
+    if let Some(factor) = noise_left(&scored[0].fit, &observations, [&of_a, &of_b], &common) {
+        for of in [&mut of_a, &mut of_b] {
+            let scatter = of.scans[0].scatter.clone();
+            of.scans[0].set_scatter(scatter.times(factor));
+        }
+        observations = model.beside(&of_a, &of_b, gain, phase, &apart);
+        scored = searched(&observations, &common);
+    }
     let noise = of_b.scans[0].scatter.clone();
-    let observations =
-        model.beside(&of_a, &of_b, gain, phase, &Context { common: None, ..common.clone() });
-    let scored = searched(&observations, &common);
     let report = Report {
         records: [a, b],
         simulator: prepared.simulator,

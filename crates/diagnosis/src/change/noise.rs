@@ -2,10 +2,17 @@
 //!
 //! Without repeats, the noise of a record is judged by what a model leaves. Where the model of A is poor, that is mostly field. In the difference of two
 //! records the field cancels, and its fine structure along rows is the noise of both.
+//!
+//! Repeats tell a noise only as well as their number allows: thirty tell its variance to 26 %. The pairs are many more. Where a set of effects leaves
+//! noise alone of them, they tell it better.
 
-use crate::limits::LEAST_ADDITIVE_NOISE;
+use crate::fit::joint_fit::Fit;
+use crate::limits::{LEAST_ADDITIVE_NOISE, NOISE_CHANGED};
+use crate::model::effect::Context;
 use crate::model::observations::{Observations, ObservedScan};
 use crate::noise::judge::roughness;
+use crate::residual_structure::ResidualStructure;
+use crate::residual_structure::test::Test;
 use crate::statistics::reading_pairs::Level;
 use crate::statistics::scatter::Scatter;
 
@@ -48,4 +55,29 @@ impl MostNoise {
         let additive = scan.scatter.additive.min(additive);
         scan.set_scatter(Scatter { share, additive, ..scan.scatter.clone() });
     }
+}
+
+/// Factor by which the noise of both records is larger than was judged, by what the best set leaves of their pairs; `None` where that is not noise alone, or is no
+/// more than was judged. What no effect needs is no alarm however small the noise, and is not looked at.
+///
+/// The variance of the noise has a scaled inverse χ² distribution with as many degrees of freedom as there are repeats; the pairs add theirs
+/// (A. Gelman et al., Bayesian Data Analysis, 3rd ed., 2013, section 2.6).
+pub(crate) fn noise_left(
+    best: &Fit,
+    observations: &Observations,
+    records: [&Observations; 2],
+    context: &Context,
+) -> Option<f64> {
+    if best.instances.is_empty() {
+        return None;
+    }
+    let repeats: usize = records.iter().map(|of| of.scans[0].scatter.pairs.len()).sum();
+    let known = repeats as f64;
+    let variance = (best.cost + known) / (observations.len() as f64 + known);
+    let factor = variance.sqrt();
+    let is_noise = || {
+        let structure = ResidualStructure::patterns_only(best, observations, context);
+        !structure.tests.iter().any(Test::fails)
+    };
+    (factor > 1.0 + NOISE_CHANGED && is_noise()).then_some(factor)
 }

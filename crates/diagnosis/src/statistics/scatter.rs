@@ -74,6 +74,11 @@ impl Scatter {
         [self.share, self.additive, self.fluctuation].map(|root| root * root)
     }
 
+    /// The same with all noise larger by a factor.
+    pub fn times(self, factor: f64) -> Self {
+        Self { share: factor * self.share, additive: factor * self.additive, ..self }
+    }
+
     /// Nats by which the repeats prefer the fluctuation of this scatter to one of this size and cause.
     pub fn against(&self, fluctuation: f64, cause: Fluctuation) -> f64 {
         let of =

@@ -28,10 +28,9 @@ pub(crate) fn animated(pictures: &[impl Picture], each_ms: u16) -> Result<Vec<u8
 
 #[cfg(test)]
 mod tests {
-    use plotters::backend::DrawingBackend;
 
-    use super::super::canvas::{BLACK, Canvas, Rgb};
     use super::*;
+    use fieldgap_canvas::{BLACK, Canvas, CanvasError, Rgb};
 
     /// A sheet of one colour.
     struct Sheet(Rgb);
@@ -43,7 +42,7 @@ mod tests {
         fn description(&self) -> String {
             "a sheet".to_owned()
         }
-        fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+        fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
             canvas.fill(&[(0.0, 0.0), (30.0, 0.0), (30.0, 20.0), (0.0, 20.0)], self.0)
         }
     }

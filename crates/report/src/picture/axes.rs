@@ -1,9 +1,6 @@
 //! A frame with two linear axes.
 
-use plotters::backend::DrawingBackend;
-
-use super::PictureError;
-use super::canvas::{Align, BLACK, Canvas, Pen, Point};
+use fieldgap_canvas::{Align, BLACK, Canvas, CanvasError, Pen, Point};
 
 /// Line heights of labels, CSS pixels.
 pub(super) const TICK_TEXT: f64 = 14.0;
@@ -41,7 +38,7 @@ impl Axes {
     }
 
     /// The frame without ticks.
-    pub fn frame<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    pub fn frame(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let (left, top) = self.corner;
         let (right, bottom) = (left + self.width, top + self.height);
         let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
@@ -49,11 +46,7 @@ impl Axes {
     }
 
     /// Ticks, their numbers and the label below the frame.
-    pub fn x_axis<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        label: &str,
-    ) -> Result<(), PictureError> {
+    pub fn x_axis(&self, canvas: &mut Canvas, label: &str) -> Result<(), CanvasError> {
         let bottom = self.corner.1 + self.height;
         for tick in ticks(self.x, self.width / 40.0) {
             let (x, _) = self.place(tick.value, self.y.0);
@@ -65,12 +58,12 @@ impl Axes {
     }
 
     /// Names below the frame, at 0, 1, 2, ... along x, and the label.
-    pub fn x_names<B: DrawingBackend>(
+    pub fn x_names(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         names: &[String],
         label: &str,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let bottom = self.corner.1 + self.height;
         for (index, name) in names.iter().enumerate() {
             let (x, _) = self.place(index as f64, self.y.0);
@@ -82,11 +75,7 @@ impl Axes {
     }
 
     /// Ticks, their numbers and the label left of the frame.
-    pub fn y_axis<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        label: &str,
-    ) -> Result<(), PictureError> {
+    pub fn y_axis(&self, canvas: &mut Canvas, label: &str) -> Result<(), CanvasError> {
         let left = self.corner.0;
         let ticks = ticks(self.y, self.height / 40.0);
         for tick in &ticks {
@@ -99,32 +88,28 @@ impl Axes {
     }
 
     /// Ticks and their numbers right of the frame.
-    pub fn right_axis<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        label: &str,
-    ) -> Result<(), PictureError> {
+    pub fn right_axis(&self, canvas: &mut Canvas, label: &str) -> Result<(), CanvasError> {
         self.ticks_on_the_right(canvas, &ticks(self.y, self.height / 40.0), label)
     }
 
     /// The same with ticks at given values, which have the given labels.
-    pub fn marked_right_axis<B: DrawingBackend>(
+    pub fn marked_right_axis(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         marks: &[(f64, String)],
         label: &str,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let tick = |(value, label): &(f64, String)| Tick { value: *value, label: label.clone() };
         let ticks: Vec<Tick> = marks.iter().map(tick).collect();
         self.ticks_on_the_right(canvas, &ticks, label)
     }
 
-    fn ticks_on_the_right<B: DrawingBackend>(
+    fn ticks_on_the_right(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         ticks: &[Tick],
         label: &str,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let right = self.corner.0 + self.width;
         for tick in ticks {
             let (_, y) = self.place(self.x.0, tick.value);

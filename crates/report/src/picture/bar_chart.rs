@@ -1,10 +1,8 @@
 //! Horizontal bars with their names on the left.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{LABEL_TEXT, TICK_TEXT};
-use super::canvas::{Align, BLACK, Canvas, Pen, Rgb};
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, BLACK, Canvas, CanvasError, Pen, Rgb};
 
 /// Width of the picture; with long names it is wider, so that none is cut.
 const WIDTH: f64 = 1100.0;
@@ -95,7 +93,7 @@ impl Picture for BarChart {
         self.description.clone()
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let thin = Pen { colour: BLACK, width: 1.0 };
         for (index, bar) in self.bars.iter().enumerate() {
             let middle = TOP_ROOM + ROW * (index as f64 + 0.5);

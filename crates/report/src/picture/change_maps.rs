@@ -1,17 +1,15 @@
 //! Two records at one height on one colour scale, and their difference in standard errors.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::LABEL_TEXT;
-use super::canvas::{Align, Canvas};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::Series;
 use super::noise_scale;
 use super::plane_maps::reading_label;
 use super::residual_maps::{LEAST_SIGNED_SIGMA, rms};
-use super::{Picture, PictureError};
 use fieldgap_acoustics::{Simulator, Vec3};
+use fieldgap_canvas::{Align, Canvas, CanvasError};
 use fieldgap_comparison::{FieldFigures, HeightChange, PlaceChange};
 use fieldgap_records::{OFF_LINE_MM, Plane, RecordedSample, plane_map};
 
@@ -134,7 +132,7 @@ impl Picture for ChangeMaps<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let reading = |value| self.readings.colour(value);
         let panels = [
             (0, "A", &self.a, Series::Scan, &self.height.a_figures),

@@ -3,7 +3,7 @@
 use plotters::style::Color;
 use plotters::style::colors::colormaps::ViridisRGB;
 
-use super::canvas::{BLACK, Rgb, WHITE};
+use fieldgap_canvas::{BLACK, Rgb, WHITE};
 
 /// From zero to a top, through viridis: even steps look even, and its lightness only rises, so that it
 /// stays readable in print without colour and to the colour-blind.

@@ -1,14 +1,13 @@
 //! A figure over time with its baseline, and below it the statistic of its control chart with the limits.
 
 use jiff::Timestamp;
-use plotters::backend::DrawingBackend;
 
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT, TICK_TEXT};
-use super::canvas::{Align, BLACK, Canvas, GREY, Pen, Point, Rgb};
 use super::marker::Series;
 use super::study_curves::axis_label;
 use super::time_axis::time_ticks;
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, BLACK, Canvas, CanvasError, GREY, Pen, Point, Rgb};
 use fieldgap_monitoring::{ChartPoint, Sides};
 
 const LEFT_ROOM: f64 = 84.0;
@@ -85,7 +84,7 @@ impl<'a> ControlChart<'a> {
         }
     }
 
-    fn draw_figure<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw_figure(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let axes = self.figure_axes();
         let at = |point: &ChartPoint, value: f64| axes.place(point.at.as_second() as f64, value);
         let bands: Vec<(&ChartPoint, [f64; 2])> =
@@ -135,10 +134,7 @@ impl<'a> ControlChart<'a> {
         time_ticks(canvas, &axes, false)
     }
 
-    fn draw_statistic<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-    ) -> Result<(), PictureError> {
+    fn draw_statistic(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let axes = self.statistic_axes();
         let (from, to) = axes.x;
         let zero = Pen { colour: GREY, width: 1.0 };
@@ -168,7 +164,7 @@ impl<'a> ControlChart<'a> {
         canvas.text("time (UTC)", (middle, bottom + 26.0), LABEL_TEXT, Align::Below)
     }
 
-    fn draw_legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw_legend(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let y = f64::from(self.size().1) - 20.0;
         let mut x = LEFT_ROOM;
         if !of_all_cells(self.points[0]) {
@@ -214,11 +210,7 @@ fn limits(point: &ChartPoint) -> Vec<f64> {
 }
 
 /// A run: a black circle, or a larger vermilion square if it gave an alarm.
-fn mark<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
-    at: Point,
-    alarm: bool,
-) -> Result<(), PictureError> {
+fn mark(canvas: &mut Canvas, at: Point, alarm: bool) -> Result<(), CanvasError> {
     if alarm {
         return Series::Numbered(1).mark_on_curve(canvas, at, true);
     }
@@ -258,7 +250,7 @@ impl Picture for ControlChart<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         canvas.text(&self.title, (LEFT_ROOM, TOP_ROOM - 8.0), LABEL_TEXT, Align::AboveRight)?;
         self.draw_figure(canvas)?;
         self.draw_statistic(canvas)?;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::canvas::Rgb;
+use fieldgap_canvas::Rgb;
 
 /// Colours round the circle, from minus half a turn on: "phase" of cmocean, whose lightness is the same everywhere (K. M. Thyng et al.,
 /// "True colors of oceanography", Oceanography 29(3), 9, 2016). The last is followed by the first.

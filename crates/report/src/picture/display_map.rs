@@ -1,14 +1,12 @@
 //! A plane of a display: sound pressure or radiation pressure on skin, with the foci and their paths.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::LABEL_TEXT;
-use super::canvas::{Align, Canvas, Pen, Point, WHITE};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::focus_on_map;
-use super::{Picture, PictureError};
 use fieldgap_acoustics::PlaneGrid;
+use fieldgap_canvas::{Align, Canvas, CanvasError, Pen, Point, WHITE};
 
 /// One map.
 pub(crate) struct DisplayPanel {
@@ -55,7 +53,7 @@ impl Picture for DisplayMap {
         format!("Maps over x and y: {}.", titles.join("; "))
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         for (index, map) in self.maps.iter().enumerate() {
             let scale = ColourScale { top: if map.top > 0.0 { map.top } else { 1.0 } };
             let axes = self

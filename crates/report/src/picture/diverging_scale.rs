@@ -1,6 +1,6 @@
 //! From a difference to a colour.
 
-use super::canvas::{BLACK, Rgb, WHITE};
+use fieldgap_canvas::{BLACK, Rgb, WHITE};
 
 /// White where there is no difference, through blue to dark below zero and through orange to dark above: a pair that the
 /// colour-blind tell apart, as light on one side as on the other. Without colour at all, signs say which side it is.

@@ -1,12 +1,10 @@
 //! The gap of every setting of a campaign over time.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT, TICK_TEXT};
-use super::canvas::{Align, BLACK, Canvas, GREY, Pen, Point, Rgb};
 use super::marker::{Series, dot};
 use super::time_axis::time_ticks;
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, BLACK, Canvas, CanvasError, GREY, Pen, Point, Rgb};
 
 const LEFT_ROOM: f64 = 84.0;
 const RIGHT_ROOM: f64 = 24.0;
@@ -68,12 +66,7 @@ impl GapOverTime {
         }
     }
 
-    fn line<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        axes: &Axes,
-        line: &GapLine,
-    ) -> Result<(), PictureError> {
+    fn line(&self, canvas: &mut Canvas, axes: &Axes, line: &GapLine) -> Result<(), CanvasError> {
         let places: Vec<Point> =
             line.points.iter().map(|(time, gap)| axes.place(*time, 100.0 * gap)).collect();
         let alarm = line.alarms.contains(&true);
@@ -111,7 +104,7 @@ impl Picture for GapOverTime {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let axes = self.axes();
         let (quiet, alarmed): (Vec<&GapLine>, Vec<&GapLine>) =
             self.lines.iter().partition(|line| !line.alarms.contains(&true));

@@ -1,14 +1,12 @@
 //! Peak, focal radius and position of the peak as functions of height.
 
-use plotters::backend::DrawingBackend;
-
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, GREY, Pen, Point};
 use super::marker::Series;
 use super::panel_row::PanelRow;
 use super::plane_maps::reading_label;
-use super::{Picture, PictureError, panel_row};
+use super::{Picture, panel_row};
 use crate::peak_distance::peak_distance_m;
+use fieldgap_canvas::{Align, Canvas, CanvasError, GREY, Pen, Point};
 use fieldgap_comparison::{Comparison, FieldFigures, PlaneComparison, Uncertain};
 
 /// The curves of one drive over its heights.
@@ -97,12 +95,7 @@ impl HeightCurves {
         Some(Self { panels, row, series, heights_mm, focus_height_mm })
     }
 
-    fn panel<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        index: usize,
-        panel: &Panel,
-    ) -> Result<(), PictureError> {
+    fn panel(&self, canvas: &mut Canvas, index: usize, panel: &Panel) -> Result<(), CanvasError> {
         let margin = 0.06 * (self.heights_mm.1 - self.heights_mm.0);
         let x = (self.heights_mm.0 - margin, self.heights_mm.1 + margin);
         let axes = self.row.axes(index, x, (0.0, panel.top()));
@@ -127,7 +120,7 @@ impl HeightCurves {
         of_series.chain(self.focus_height_mm.map(|_| 110.0)).collect()
     }
 
-    fn legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn legend(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let widths = self.legend_widths();
         for (index, series) in self.series.iter().enumerate() {
             let (x, y) = self.row.legend_place(index, &widths);
@@ -174,7 +167,7 @@ impl Picture for HeightCurves {
         format!("Curves against height of {}, for {}.", titles.join(", "), series.join(", "))
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         for (index, panel) in self.panels.iter().enumerate() {
             self.panel(canvas, index, panel)?;
         }
@@ -216,12 +209,12 @@ fn distance_from_focus(
 }
 
 /// A line through the points, their error bars and marks.
-fn curve<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+fn curve(
+    canvas: &mut Canvas,
     axes: &Axes,
     series: Series,
     points: &[CurvePoint],
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     let pen = Pen { colour: series.colour(), width: 1.75 };
     let line: Vec<Point> = points.iter().map(|p| axes.place(p.height_mm, p.value)).collect();
     canvas.dashed(&line, series.dash(), pen)?;

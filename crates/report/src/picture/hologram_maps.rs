@@ -1,16 +1,15 @@
 //! A measured plane and its simulation, brought back to the plane of the elements.
 
-use plotters::backend::DrawingBackend;
 use std::f64::consts::TAU;
 
+use super::Picture;
 use super::axes::Axes;
-use super::canvas::{Canvas, Pen, Point, Rgb};
 use super::colour_scale::ColourScale;
 use super::cyclic_scale::phase_colour;
 use super::map_layout::MapLayout;
 use super::plane_maps::reading_label;
-use super::{Picture, PictureError};
 use fieldgap_acoustics::Simulator;
+use fieldgap_canvas::{Canvas, CanvasError, Pen, Point, Rgb};
 use fieldgap_comparison::Hologram;
 
 /// Outline of an element's face, and of one that stands out.
@@ -43,11 +42,7 @@ impl<'a> HologramMaps<'a> {
     }
 
     /// The outlines of the elements.
-    fn elements<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        axes: &Axes,
-    ) -> Result<(), PictureError> {
+    fn elements(&self, canvas: &mut Canvas, axes: &Axes) -> Result<(), CanvasError> {
         let outstanding = self.hologram.outstanding();
         let circle = |at_m: [f64; 2], radius_m: f64| -> Vec<Point> {
             // Clockwise on the sheet.
@@ -85,7 +80,7 @@ impl Picture for HologramMaps<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let colour = |value| self.scale.colour(value);
         for (index, title, values) in [
             (0, "scan, at the elements", &self.hologram.scan),

@@ -1,11 +1,8 @@
 //! Maps side by side: their layout, cells, signs and colour bars.
 
-use plotters::backend::DrawingBackend;
-
-use super::PictureError;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Pen, Rgb};
-use super::raster::{Cells, borders, colour_bar};
+use super::raster::{self, borders, colour_bar};
+use fieldgap_canvas::{Align, Canvas, CanvasError, Cells, Pen, Rgb};
 
 /// Room for a map, CSS pixels: maps are as large as fits, with equal millimetres along both axes.
 const MAP_ROOM: (f64, f64) = (310.0, 360.0);
@@ -164,21 +161,21 @@ impl MapLayout {
     }
 
     /// Draws a map, its frame, axes and title.
-    pub fn map<B: DrawingBackend>(
+    pub fn map(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         index: usize,
         title: &str,
         values: &[f64],
         colour: impl Fn(f64) -> Rgb,
-    ) -> Result<Axes, PictureError> {
+    ) -> Result<Axes, CanvasError> {
         let axes = self.panel(index);
         let cells = Cells {
             column_borders: &self.column_borders_mm,
             row_borders: &self.row_borders_mm,
             values,
         };
-        cells.draw(canvas, &axes, colour)?;
+        raster::cells(&cells, canvas, &axes, colour)?;
         axes.x_axis(canvas, self.labels[0])?;
         if index == 0 || self.stacked {
             axes.y_axis(canvas, self.labels[1])?;
@@ -190,14 +187,14 @@ impl MapLayout {
 
     /// A plus for values above zero and a minus for values below, from the magnitude `least` on. `contrast` gives the colour
     /// of the sign from the value.
-    pub fn signs<B: DrawingBackend>(
+    pub fn signs(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         axes: &Axes,
         values: &[f64],
         least: f64,
         contrast: impl Fn(f64) -> Rgb,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let columns = self.x_mm.len();
         let column_stride = stride(axes.width / columns as f64);
         let row_stride = stride(axes.height / self.y_mm.len() as f64);
@@ -219,28 +216,28 @@ impl MapLayout {
     }
 
     /// The colour bar right of a panel.
-    pub fn colour_bar<B: DrawingBackend>(
+    pub fn colour_bar(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         after: usize,
         range: (f64, f64),
         label: &str,
         colour: impl Fn(f64) -> Rgb,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let axes = self.bar_axes(after, range);
         colour_bar(canvas, &axes, colour)?;
         axes.right_axis(canvas, label)
     }
 
     /// The same of a scale from -1 to 1 that is not linear: the places with a number, and the numbers.
-    pub fn marked_bar<B: DrawingBackend>(
+    pub fn marked_bar(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         after: usize,
         marks: &[(f64, String)],
         label: &str,
         colour: impl Fn(f64) -> Rgb,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let axes = self.bar_axes(after, (-1.0, 1.0));
         colour_bar(canvas, &axes, colour)?;
         axes.marked_right_axis(canvas, marks, label)

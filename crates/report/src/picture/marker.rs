@@ -2,12 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-use plotters::backend::DrawingBackend;
-
 use fieldgap_acoustics::Simulator;
 
-use super::PictureError;
-use super::canvas::{BLACK, Canvas, Pen, Point, Rgb, WHITE};
+use fieldgap_canvas::{BLACK, Canvas, CanvasError, Pen, Point, Rgb, WHITE};
 
 /// The source of the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,23 +97,19 @@ impl Series {
     }
 
     /// The mark on a map: an open shape, white in black, visible on every colour; what it marks shows through.
-    pub fn mark_on_map<B: DrawingBackend>(
-        self,
-        canvas: &mut Canvas<B>,
-        at: Point,
-    ) -> Result<(), PictureError> {
+    pub fn mark_on_map(self, canvas: &mut Canvas, at: Point) -> Result<(), CanvasError> {
         let corners = self.corners(at, 8.0);
         canvas.outline(&corners, Pen { colour: BLACK, width: 4.5 })?;
         canvas.outline(&corners, Pen { colour: WHITE, width: 2.0 })
     }
 
     /// The mark on a curve: filled, or open for a value with a caveat.
-    pub fn mark_on_curve<B: DrawingBackend>(
+    pub fn mark_on_curve(
         self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         at: Point,
         filled: bool,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let corners = self.corners(at, 5.0);
         canvas.fill(&corners, if filled { self.colour() } else { WHITE })?;
         canvas.outline(&corners, Pen { colour: self.colour(), width: 1.5 })
@@ -124,11 +117,11 @@ impl Series {
 }
 
 /// An error bar with a stroke at each end.
-pub(super) fn error_bar<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+pub(super) fn error_bar(
+    canvas: &mut Canvas,
     [low, high]: [Point; 2],
     pen: Pen,
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     const HALF_A_STROKE: f64 = 3.5;
     canvas.line(low, high, pen)?;
     for (x, y) in [low, high] {
@@ -138,43 +131,43 @@ pub(super) fn error_bar<B: DrawingBackend>(
 }
 
 /// A dot.
-pub(super) fn dot<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+pub(super) fn dot(
+    canvas: &mut Canvas,
     at: Point,
     radius: f64,
     colour: Rgb,
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     regular(canvas, at, radius, colour, 12)
 }
 
 /// A triangle, its corner up.
-pub(super) fn triangle<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+pub(super) fn triangle(
+    canvas: &mut Canvas,
     at: Point,
     radius: f64,
     colour: Rgb,
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     regular(canvas, at, radius, colour, 3)
 }
 
 /// A square on its corner.
-pub(super) fn diamond<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+pub(super) fn diamond(
+    canvas: &mut Canvas,
     at: Point,
     radius: f64,
     colour: Rgb,
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     regular(canvas, at, radius, colour, 4)
 }
 
 /// A filled shape of so many equal sides, the first corner at the top.
-fn regular<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+fn regular(
+    canvas: &mut Canvas,
     (x, y): Point,
     radius: f64,
     colour: Rgb,
     corners: u32,
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     let corner = |number: u32| {
         let angle = TAU * f64::from(number) / f64::from(corners) - FRAC_PI_2;
         (x + radius * angle.cos(), y + radius * angle.sin())
@@ -184,10 +177,7 @@ fn regular<B: DrawingBackend>(
 }
 
 /// The mark of the focus on a map: a diagonal cross, white in black.
-pub(super) fn focus_on_map<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
-    (x, y): Point,
-) -> Result<(), PictureError> {
+pub(super) fn focus_on_map(canvas: &mut Canvas, (x, y): Point) -> Result<(), CanvasError> {
     let strokes = |reach: f64| {
         [
             [(x - reach, y - reach), (x + reach, y + reach)],

@@ -1,14 +1,12 @@
 //! A plane of a map that was made of readings: its amplitude with the places of the readings, and its standard error.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::LABEL_TEXT;
-use super::canvas::{Align, Canvas, Pen, Rgb};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::plane_maps::reading_label;
-use super::{Picture, PictureError};
 use crate::measured_map::MeasuredMap;
+use fieldgap_canvas::{Align, Canvas, CanvasError, Pen, Rgb};
 
 /// Half the length of the strokes that mark a reading, CSS pixels.
 const MARK: f64 = 2.2;
@@ -53,10 +51,10 @@ impl Picture for MeasuredMaps<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let amplitude = |value| self.amplitude.colour(value);
         let axes = self.layout.map(canvas, 0, "amplitude", &self.plane.amplitude, amplitude)?;
-        let cross = |canvas: &mut Canvas<B>, x: f64, y: f64, colour: Rgb, width: f64| {
+        let cross = |canvas: &mut Canvas, x: f64, y: f64, colour: Rgb, width: f64| {
             let pen = Pen { colour, width };
             canvas.line((x - MARK, y), (x + MARK, y), pen)?;
             canvas.line((x, y - MARK), (x, y + MARK), pen)

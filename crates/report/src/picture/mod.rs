@@ -3,14 +3,12 @@
 mod animation;
 mod axes;
 mod bar_chart;
-mod canvas;
 mod change_maps;
 mod colour_scale;
 mod control_chart;
 mod cyclic_scale;
 mod display_map;
 mod diverging_scale;
-mod font;
 mod gap_over_time;
 mod height_curves;
 mod hologram_maps;
@@ -39,15 +37,8 @@ mod time_axis;
 mod transducer_curves;
 mod trend_curves;
 
-use image::ImageEncoder;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use plotters::backend::{BitMapBackend, SVGBackend};
-use plotters::prelude::DrawingBackend;
-use rayon::prelude::*;
-
 pub(super) use self::animation::animated;
 pub(super) use self::bar_chart::{Bar, BarChart, Weight};
-pub(super) use self::canvas::Rgb;
 pub(super) use self::change_maps::ChangeMaps;
 pub(super) use self::colour_scale::ColourScale;
 pub(super) use self::control_chart::ControlChart;
@@ -74,10 +65,11 @@ pub(super) use self::study_field::StudyField;
 pub(super) use self::study_surfaces::StudySurfaces;
 pub(super) use self::transducer_curves::TransducerCurves;
 pub(super) use self::trend_curves::{TrendCurves, TrendPoint};
+pub(super) use fieldgap_canvas::Rgb;
 
 pub use self::print::{PrintStyle, PrintStyleError};
 
-use self::canvas::{Canvas, OVERSAMPLING, TextFit};
+use fieldgap_canvas::{Canvas, CanvasError, OVERSAMPLING, bitmap};
 
 /// PNG pixels in a CSS pixel: sharp on a screen of double density and on paper.
 const PNG_DENSITY: u32 = 2;
@@ -85,12 +77,9 @@ const PNG_DENSITY: u32 = 2;
 /// Why a picture could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The drawing library reported an error.
-    #[error("drawing a picture failed: {0}")]
-    Drawing(String),
-    /// The pixels could not be encoded.
-    #[error("encoding a picture as PNG failed")]
-    Encoding(#[from] image::ImageError),
+    /// It could not be drawn, or its pixels could not be encoded.
+    #[error(transparent)]
+    Canvas(#[from] CanvasError),
     /// The pictures of an animation could not be encoded.
     #[error("encoding a picture as PNG failed")]
     Png(#[from] png::EncodingError),
@@ -136,7 +125,7 @@ pub(super) trait Picture {
     }
 
     /// Draws it.
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError>;
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError>;
 }
 
 /// A drawn picture.
@@ -186,69 +175,20 @@ pub(super) fn svg_file(picture: &impl Picture) -> Result<String, PictureError> {
 
 fn png(picture: &impl Picture) -> Result<Vec<u8>, PictureError> {
     let small = pixels(picture, PNG_DENSITY)?;
-    let mut file = Vec::new();
-    // Cells of one colour compress best as they are.
-    PngEncoder::new_with_quality(&mut file, CompressionType::Default, FilterType::NoFilter)
-        .write_image(small.as_raw(), small.width(), small.height(), image::ColorType::Rgb8)?;
-    Ok(file)
+    Ok(fieldgap_canvas::png(small.as_raw(), small.dimensions())?)
 }
 
 /// A picture in so many pixels to a CSS pixel, drawn large and made smaller, so that its edges are smooth.
 fn pixels(picture: &impl Picture, density: u32) -> Result<image::RgbImage, PictureError> {
     let (width, height) = picture.size();
     let size_px = (width * density, height * density);
-    bitmap(picture, size_px, f64::from(density), OVERSAMPLING / density)
-}
-
-/// A picture of so many pixels, `scale` to a CSS pixel; each is the mean of a square of `side` that is drawn for it.
-fn bitmap(
-    picture: &impl Picture,
-    (width, height): (u32, u32),
-    scale: f64,
-    side: u32,
-) -> Result<image::RgbImage, PictureError> {
-    let (large_width, large_height) = (width * side, height * side);
-    let mut pixels = vec![255; 3 * large_width as usize * large_height as usize];
-    {
-        let mut backend = BitMapBackend::with_buffer(&mut pixels, (large_width, large_height));
-        let scale = scale * f64::from(side);
-        picture.draw(&mut Canvas::new(&mut backend, TextFit::BITMAP, scale)?)?;
-    }
-    let small = averaged(&pixels, large_width as usize, side as usize);
-    Ok(image::RgbImage::from_raw(width, height, small)
-        .expect("as many bytes as pixels times three"))
-}
-
-/// Each pixel as the mean of the square of `side` that was drawn for it; colours of three bytes, rows of `width` pixels.
-fn averaged(pixels: &[u8], width: usize, side: usize) -> Vec<u8> {
-    let area = (side * side) as u32;
-    pixels
-        .par_chunks(3 * width * side)
-        .flat_map_iter(|rows| {
-            let mut sums = vec![0u32; 3 * width / side];
-            for row in rows.chunks(3 * width) {
-                for (square, sums) in row.chunks(3 * side).zip(sums.chunks_mut(3)) {
-                    for pixel in square.chunks(3) {
-                        for (sum, &channel) in sums.iter_mut().zip(pixel) {
-                            *sum += u32::from(channel);
-                        }
-                    }
-                }
-            }
-            sums.into_iter().map(move |sum| ((sum + area / 2) / area) as u8)
-        })
-        .collect()
+    Ok(bitmap(size_px, f64::from(density), OVERSAMPLING / density, |canvas| picture.draw(canvas))?)
 }
 
 fn svg(picture: &impl Picture, style: Option<PrintStyle>) -> Result<String, PictureError> {
     let (width, height) = picture.size();
-    let (large_width, large_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
-    let mut file = String::new();
-    {
-        let mut backend = SVGBackend::with_string(&mut file, (large_width, large_height));
-        picture.draw(&mut Canvas::new(&mut backend, TextFit::SVG, f64::from(OVERSAMPLING))?)?;
-        backend.present().map_err(|error| PictureError::Drawing(error.to_string()))?;
-    }
+    let (file, (large_width, large_height)) =
+        fieldgap_canvas::svg((width, height), |canvas| picture.draw(canvas))?;
     // The `viewBox` keeps the fine coordinates; the size goes back to CSS pixels, or to millimetres.
     let large = format!("width=\"{large_width}\" height=\"{large_height}\"");
     let true_size = match style {
@@ -259,29 +199,4 @@ fn svg(picture: &impl Picture, style: Option<PrintStyle>) -> Result<String, Pict
         }
     };
     Ok(file.replacen(&large, &true_size, 1))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn squares_become_their_means() {
-        let side = (OVERSAMPLING / PNG_DENSITY) as usize;
-        // Two squares beside each other: red with one black pixel, and green.
-        let mut pixels = Vec::new();
-        for row in 0..side {
-            for column in 0..2 * side {
-                let black = row == 0 && column == 0;
-                pixels.extend(match (black, column < side) {
-                    (true, _) => [0, 0, 0],
-                    (_, true) => [200, 0, 0],
-                    (_, false) => [0, 100, 0],
-                });
-            }
-        }
-        let area = (side * side) as f64;
-        let red = (200.0 * (area - 1.0) / area).round() as u8;
-        assert_eq!(averaged(&pixels, 2 * side, side), [red, 0, 0, 0, 100, 0]);
-    }
 }

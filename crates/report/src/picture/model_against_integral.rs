@@ -1,11 +1,9 @@
 //! A transducer model compared with the integral over a vibrating face.
 
-use plotters::backend::DrawingBackend;
-
 use super::axes::LABEL_TEXT;
-use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
-use super::{Picture, PictureError, panel_row};
+use super::{Picture, panel_row};
+use fieldgap_canvas::{Align, Canvas, CanvasError, Pen, Point};
 use fieldgap_study::{LOBE_DISTANCES_M, ModelAgainstIntegral};
 
 /// Errors beyond this are off the panel, percent of the axis.
@@ -15,7 +13,7 @@ const WORST_PERCENT: f64 = 30.0;
 pub(crate) struct ModelCurves<'a>(pub &'a ModelAgainstIntegral);
 
 impl ModelCurves<'_> {
-    fn on_axis<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn on_axis(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let top = self.0.on_axis.iter().map(|(_, model, truth)| model.max(*truth));
         let top = top.fold(0.0, f64::max).min(2.0);
         let axes = panel_row::axes(0, (0.0, 305.0), (0.0, panel_row::a_little_above(top)));
@@ -28,7 +26,7 @@ impl ModelCurves<'_> {
         panel_row::curve(canvas, &axes, 1, &line(|row| row.1))
     }
 
-    fn lobe<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn lobe(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let axes = panel_row::axes(1, (0.0, 90.0), (0.0, 1.1));
         let title = format!("lobe at {:.0} mm", LOBE_DISTANCES_M[1] * 1e3);
         panel_row::frame(canvas, &axes, &title, "pressure relative to axis")?;
@@ -40,7 +38,7 @@ impl ModelCurves<'_> {
         panel_row::curve(canvas, &axes, 1, &line(|row| row.1))
     }
 
-    fn errors<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn errors(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let error = |row: &(f64, f64, f64)| 100.0 * (row.1 - row.2).abs();
         let worst = self.0.lobes.iter().flatten().map(error).fold(0.0, f64::max);
         let top = panel_row::a_little_above(worst).clamp(0.02, WORST_PERCENT);
@@ -69,12 +67,12 @@ impl Picture for ModelCurves<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         self.on_axis(canvas)?;
         self.lobe(canvas)?;
         self.errors(canvas)?;
         let y = f64::from(self.size().1) - 18.0;
-        let entry = |canvas: &mut Canvas<B>, at: Point, number: usize, words: &str| {
+        let entry = |canvas: &mut Canvas, at: Point, number: usize, words: &str| {
             let series = Series::Numbered(number);
             let pen = Pen { colour: series.colour(), width: 2.0 };
             canvas.dashed(&[at, (at.0 + 36.0, at.1)], series.dash(), pen)?;

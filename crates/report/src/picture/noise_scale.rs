@@ -1,7 +1,7 @@
 //! From a residual in standard deviations of the noise to a colour, over more than two orders of magnitude.
 
-use super::canvas::Rgb;
 use super::diverging_scale::DivergingScale;
+use fieldgap_canvas::Rgb;
 
 /// Residuals below this are about linear in colour, standard deviations: noise alone stays nearly white.
 const LINEAR_SIGMA: f64 = 2.0;

@@ -1,12 +1,10 @@
 //! Figures that each round has, with their errors, side by side.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Pen};
 use super::marker::{Series, error_bar};
 use super::panel_row::{self, PanelRow, a_little_above};
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, Canvas, CanvasError, Pen};
 
 const WIDTH: f64 = 860.0;
 const NARROW: f64 = 440.0;
@@ -81,7 +79,7 @@ impl Picture for OverRounds {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let axes = self.axes();
         for (number, figure) in self.figures.iter().enumerate() {
             let series = Series::Numbered(number);

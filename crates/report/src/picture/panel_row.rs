@@ -1,11 +1,8 @@
 //! Panels of curves in a row: their layout, frames, titles and curves.
 
-use plotters::backend::DrawingBackend;
-
-use super::PictureError;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
+use fieldgap_canvas::{Align, Canvas, CanvasError, Pen, Point};
 
 const PANEL: (f64, f64) = (285.0, 250.0);
 pub(super) const LEFT_ROOM: f64 = 84.0;
@@ -125,12 +122,12 @@ pub(super) fn a_little_above(top: f64) -> f64 {
 }
 
 /// Draws the frame, the axis of values and the title.
-pub(super) fn frame<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+pub(super) fn frame(
+    canvas: &mut Canvas,
     axes: &Axes,
     title: &str,
     label: &str,
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     axes.frame(canvas)?;
     axes.y_axis(canvas, label)?;
     let title_at = (axes.corner.0, axes.corner.1 - 6.0);
@@ -138,12 +135,12 @@ pub(super) fn frame<B: DrawingBackend>(
 }
 
 /// The line of a numbered series, as far as it stays in the panel.
-pub(super) fn curve<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+pub(super) fn curve(
+    canvas: &mut Canvas,
     axes: &Axes,
     number: usize,
     points: &[(f64, f64)],
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     let series = Series::Numbered(number);
     let pen = Pen { colour: series.colour(), width: 2.0 };
     for inside in points.chunk_by(|a, b| axes.holds(a.0, a.1) == axes.holds(b.0, b.1)) {

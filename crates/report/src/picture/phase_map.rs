@@ -1,13 +1,11 @@
 //! The phase of a scan less that of its simulation, in one plane.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::LABEL_TEXT;
-use super::canvas::{Align, Canvas, Rgb};
 use super::cyclic_scale::{FADES_BELOW, phase_colour};
 use super::map_layout::MapLayout;
-use super::{Picture, PictureError};
 use fieldgap_acoustics::Simulator;
+use fieldgap_canvas::{Align, Canvas, CanvasError, Rgb};
 use fieldgap_comparison::{ComparedMap, PlaneComparison, PlanePhase};
 use fieldgap_text::{fixed, height_mm};
 
@@ -55,7 +53,7 @@ impl Picture for PhaseMap<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         // The colour depends on phase and amplitude, so that a cell's number stands for both; what was not measured is no number.
         let differences = self.phase.difference_rad.iter().enumerate();
         let points: Vec<f64> = differences

@@ -1,14 +1,12 @@
 //! Scan, simulation and their difference at one height, side by side on one colour scale.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Point};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::{Series, focus_on_map};
-use super::{Picture, PictureError};
 use fieldgap_acoustics::Simulator;
+use fieldgap_canvas::{Align, Canvas, CanvasError, Point};
 use fieldgap_comparison::{ComparedMap, FieldFigures, PlaneComparison};
 
 /// Differences below this share of the colour scale carry no sign.
@@ -53,23 +51,23 @@ impl<'a> PlaneMaps<'a> {
         self.layout.panel(0).holds(focus.x, focus.y).then_some((focus.x, focus.y))
     }
 
-    fn panel<B: DrawingBackend>(
+    fn panel(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         index: usize,
         title: &str,
         values: &[f64],
-    ) -> Result<Axes, PictureError> {
+    ) -> Result<Axes, CanvasError> {
         self.layout.map(canvas, index, title, values, |value| self.scale.colour(value))
     }
 
     /// Marks of focus and peaks on a panel.
-    fn marks<B: DrawingBackend>(
+    fn marks(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         axes: &Axes,
         peaks: &[(Series, &FieldFigures)],
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         for (series, figures) in peaks {
             if let Some((x, y)) = peak_mm(figures).filter(|&(x, y)| axes.holds(x, y)) {
                 series.mark_on_map(canvas, axes.place(x, y))?;
@@ -81,12 +79,12 @@ impl<'a> PlaneMaps<'a> {
         }
     }
 
-    fn legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
-        let entry = |canvas: &mut Canvas<B>, panel: usize, along: f64, text: &str| {
+    fn legend(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
+        let entry = |canvas: &mut Canvas, panel: usize, along: f64, text: &str| {
             let y = self.layout.legend_height(3, panel);
             let x = self.layout.panel(panel).corner.0 + along + 8.0;
             canvas.text(text, (x + 17.0, y), LABEL_TEXT, Align::Right)?;
-            Ok::<Point, PictureError>((x, y))
+            Ok::<Point, CanvasError>((x, y))
         };
         let at = entry(canvas, 0, 0.0, "peak of the scan")?;
         Series::Scan.mark_on_map(canvas, at)?;
@@ -118,7 +116,7 @@ impl Picture for PlaneMaps<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let difference: Vec<f64> =
             self.map.scan.iter().zip(&self.map.simulation).map(|(scan, sim)| scan - sim).collect();
         let size_of_difference: Vec<f64> = difference.iter().map(|value| value.abs()).collect();

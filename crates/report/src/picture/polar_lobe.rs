@@ -1,12 +1,10 @@
 //! A transducer's lobe in decibels, as a polar plot.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{LABEL_TEXT, TICK_TEXT};
-use super::canvas::{Align, Canvas, GREY, Pen, Point};
 use super::marker::Series;
 use super::transducer_curves::lobe_of;
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, Canvas, CanvasError, GREY, Pen, Point};
 use fieldgap_characterization::Characterization;
 
 /// Centre of the half disc and its radius, CSS pixels.
@@ -29,7 +27,7 @@ impl<'a> PolarLobe<'a> {
         Self { found }
     }
 
-    fn grid<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn grid(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let pen = Pen { colour: GREY, width: 1.0 };
         for step in 0..4 {
             let level_db = 0.0 - 10.0 * f64::from(step);
@@ -75,7 +73,7 @@ impl Picture for PolarLobe<'_> {
         "Polar plot of the pressure relative to the axis, in decibels: readings as dots, fitted lobes as lines.".to_owned()
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         self.grid(canvas)?;
         for bin in self.found.profile.lobe.iter().filter(|bin| bin.value.is_finite()) {
             let degrees = bin.theta_rad.to_degrees();

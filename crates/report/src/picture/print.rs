@@ -106,7 +106,7 @@ pub(super) fn png(picture: &impl Picture, style: PrintStyle) -> Result<Vec<u8>, 
         return Err(PictureError::TooLarge { pixels: width * height, most: MOST_PIXELS });
     }
     let scale = width / f64::from(layout.0);
-    let image = bitmap(picture, (width as u32, height as u32), scale, 2)?;
+    let image = bitmap((width as u32, height as u32), scale, 2, |canvas| picture.draw(canvas))?;
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, image.width(), image.height());
     encoder.set_color(png::ColorType::Rgb);

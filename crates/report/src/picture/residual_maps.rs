@@ -1,15 +1,13 @@
 //! The scan at one height, and its residuals before and after the simulation was corrected.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::LABEL_TEXT;
-use super::canvas::{Align, Canvas};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::Series;
 use super::noise_scale;
 use super::plane_maps::reading_label;
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, Canvas, CanvasError};
 use fieldgap_diagnosis::DiagnosedPlane;
 
 /// Residuals carry a sign from here on, standard deviations: noise alone seldom reaches it.
@@ -72,7 +70,7 @@ impl Picture for ResidualMaps<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let reading = |value| self.readings.colour(value);
         let axes = self.layout.map(canvas, 0, "scan", &self.plane.measured, reading)?;
         if let Some([scan, ..]) = &self.plane.figures {

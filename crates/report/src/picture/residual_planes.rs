@@ -1,13 +1,11 @@
 //! The residuals of a model at several heights.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::LABEL_TEXT;
-use super::canvas::{Align, Canvas};
 use super::diverging_scale::DivergingScale;
 use super::map_layout::MapLayout;
-use super::{Picture, PictureError};
 use fieldgap_acoustics::metrics::PlaneMap;
+use fieldgap_canvas::{Align, Canvas, CanvasError};
 
 /// Panels, at most.
 const MOST: usize = 4;
@@ -48,7 +46,7 @@ impl Picture for ResidualPlanes {
         format!("Maps over x and y of reading minus model at {} mm.", heights.join(", "))
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let scale = DivergingScale { reach: REACH };
         let colour = |value| scale.colour(value);
         for (index, (z_mm, map)) in self.planes.iter().enumerate() {

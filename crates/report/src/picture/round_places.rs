@@ -1,13 +1,11 @@
 //! Where a closed loop measured, round by round: from above and from the side.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Rgb};
 use super::colour_scale::ColourScale;
 use super::marker::{diamond, dot, triangle};
 use super::panel_row::{self, PanelRow};
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, Canvas, CanvasError, Rgb};
 
 /// Radius of a mark, CSS pixels.
 const MARK: f64 = 2.6;
@@ -71,13 +69,13 @@ impl RoundPlaces {
         self.rounds.iter().map(|round| 34.0 + 7.0 * round.name.chars().count() as f64).collect()
     }
 
-    fn mark<B: DrawingBackend>(
+    fn mark(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         round: usize,
         at: (f64, f64),
         is_flown: bool,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let colour = self.colour(round);
         match (is_flown, self.rounds[round].is_fresh) {
             (true, _) => diamond(canvas, at, 1.4 * MARK, colour),
@@ -86,12 +84,12 @@ impl RoundPlaces {
         }
     }
 
-    fn draw_view<B: DrawingBackend>(
+    fn draw_view(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         axes: &Axes,
         vertical: usize,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         for (number, round) in self.rounds.iter().enumerate() {
             for (at_mm, is_flown) in &round.places {
                 self.mark(canvas, number, axes.place(at_mm[0], at_mm[vertical]), *is_flown)?;
@@ -123,7 +121,7 @@ impl Picture for RoundPlaces {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         for (panel, (axis, title, label)) in
             [(1, "from above", "y (mm)"), (2, "from the side", "z (mm)")].into_iter().enumerate()
         {

@@ -1,12 +1,10 @@
 //! Probabilities of the sets of effects after each round, as columns of shares.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Pen, Rgb, WHITE};
 use super::marker::Series;
 use super::panel_row::{self, PanelRow};
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, Canvas, CanvasError, Pen, Rgb, WHITE};
 
 const WIDTH: f64 = 860.0;
 const NARROW: f64 = 440.0;
@@ -89,7 +87,7 @@ impl Picture for SetShares {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let axes = self.axes();
         for column in 0..self.columns.len() {
             let (left, right) = (column as f64 - COLUMN / 2.0, column as f64 + COLUMN / 2.0);

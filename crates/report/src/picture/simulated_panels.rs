@@ -1,16 +1,14 @@
 //! Amplitude and phase of a simulated section, side by side.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Rgb};
 use super::colour_scale::ColourScale;
 use super::cyclic_scale::{FADES_BELOW, phase_colour};
 use super::map_layout::MapLayout;
 use super::marker::focus_on_map;
-use super::{Picture, PictureError};
 use crate::simulated_section::SimulatedSection;
 use fieldgap_acoustics::Simulator;
+use fieldgap_canvas::{Align, Canvas, CanvasError, Rgb};
 use fieldgap_text::fixed;
 
 /// The two maps.
@@ -38,11 +36,7 @@ impl<'a> SimulatedPanels<'a> {
         phase_colour(self.section.phase_rad[point], self.section.amplitude[point] / self.scale.top)
     }
 
-    fn mark<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        axes: &Axes,
-    ) -> Result<(), PictureError> {
+    fn mark(&self, canvas: &mut Canvas, axes: &Axes) -> Result<(), CanvasError> {
         match self.section.focus_mm().filter(|&(across, up)| axes.holds(across, up)) {
             Some((across, up)) => focus_on_map(canvas, axes.place(across, up)),
             None => Ok(()),
@@ -67,7 +61,7 @@ impl Picture for SimulatedPanels<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let colour = |value| self.scale.colour(value);
         let title = format!("amplitude, {}", self.section.place());
         let axes = self.layout.map(canvas, 0, &title, &self.section.amplitude, colour)?;

@@ -1,11 +1,10 @@
 //! A map of readings without axes, as small as a stamp, so that many can be compared on one colour scale.
 
-use image::ImageEncoder;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use fieldgap_canvas::Cells;
 
 use super::PictureError;
 use super::colour_scale::ColourScale;
-use super::raster::{Cells, borders};
+use super::raster::borders;
 use fieldgap_acoustics::metrics::PlaneMap;
 
 /// The longer side of the picture, pixels: twice as many as it has on a page, for screens of double density.
@@ -38,10 +37,8 @@ pub(crate) fn small_map(
     let scale = ColourScale { top };
     let cells =
         Cells { column_borders: &column_borders, row_borders: &row_borders, values: map.values() };
-    let rgb = cells.image((width, height), |value| scale.colour(value));
-    let mut png = Vec::new();
-    PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::NoFilter)
-        .write_image(&rgb, width, height, image::ColorType::Rgb8)?;
+    let rgb = cells.image((width, height), &|value| scale.colour(value));
+    let png = fieldgap_canvas::png(&rgb, (width, height))?;
     Ok(SmallMap { png, extent_mm: extents.map(|extent| extent * 1e3) })
 }
 

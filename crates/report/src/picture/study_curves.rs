@@ -1,12 +1,10 @@
 //! Focal radius, peak and sub-peaks against the swept parameters of a study.
 
-use plotters::backend::DrawingBackend;
-
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
 use super::panel_row::PanelRow;
-use super::{Picture, PictureError, panel_row};
+use super::{Picture, panel_row};
+use fieldgap_canvas::{Align, Canvas, CanvasError, Pen, Point};
 use fieldgap_study::{Figure, Row, Study, StudyResult};
 
 /// Values of the second sweep that get a curve each, at most.
@@ -114,12 +112,7 @@ impl<'a> StudyCurves<'a> {
         self.result.rows.iter().any(|row| row.outside() == row.draws.len())
     }
 
-    fn panel<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        index: usize,
-        figure: Figure,
-    ) -> Result<(), PictureError> {
+    fn panel(&self, canvas: &mut Canvas, index: usize, figure: Figure) -> Result<(), CanvasError> {
         let curves = self.curves();
         let reach =
             |row: &&Row| row.figure(figure).map_or(0.0, |found| found.p95.max(found.median));
@@ -138,14 +131,14 @@ impl<'a> StudyCurves<'a> {
         Ok(())
     }
 
-    fn curve<B: DrawingBackend>(
+    fn curve(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         axes: &Axes,
         (number, of): (usize, usize),
         rows: &[&Row],
         figure: Figure,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let series = Series::Numbered(number);
         let pen = Pen { colour: series.colour(), width: 1.75 };
         // Names have no order that a line could show; beside one another their marks stay apart.
@@ -212,7 +205,7 @@ impl Picture for StudyCurves<'_> {
         format!("Focal radius, peak and number of sub-peaks against {sweeps}.{outside}")
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         for (index, figure) in Figure::ALL.into_iter().enumerate() {
             self.panel(canvas, index, figure)?;
         }
@@ -247,11 +240,7 @@ fn is_cut_off(row: &Row) -> bool {
 }
 
 /// The mark of a value whose peak is outside the map: a cross that stands on the axis.
-fn outside_mark<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
-    (x, y): Point,
-    series: Series,
-) -> Result<(), PictureError> {
+fn outside_mark(canvas: &mut Canvas, (x, y): Point, series: Series) -> Result<(), CanvasError> {
     let pen = Pen { colour: series.colour(), width: 1.75 };
     canvas.line((x - 4.0, y - 8.0), (x + 4.0, y), pen)?;
     canvas.line((x - 4.0, y), (x + 4.0, y - 8.0), pen)

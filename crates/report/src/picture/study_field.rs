@@ -1,15 +1,13 @@
 //! One simulated field of a study.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::LABEL_TEXT;
-use super::canvas::{Align, Canvas};
 use super::colour_scale::ColourScale;
 use super::map_layout::MapLayout;
 use super::marker::{Series, focus_on_map};
-use super::{Picture, PictureError};
 use fieldgap_acoustics::metrics::{PlaneMap, peak};
 use fieldgap_acoustics::{Simulator, Vec3};
+use fieldgap_canvas::{Align, Canvas, CanvasError};
 
 /// The field at one combination of a study's values.
 pub(crate) struct StudyField<'a> {
@@ -43,7 +41,7 @@ impl Picture for StudyField<'_> {
         format!("Map over x and y of the simulated pressure, {}.", self.title)
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let colour = |value| self.scale.colour(value);
         let axes = self.layout.map(canvas, 0, &self.title, self.map.values(), colour)?;
         let y = f64::from(self.size().1) - 18.0;

@@ -1,13 +1,11 @@
 //! Focal radius, peak and sub-peaks over the two parameters that a study sweeps.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas};
 use super::colour_scale::ColourScale;
-use super::raster::{Cells, borders, colour_bar};
+use super::raster::{self, borders, colour_bar};
 use super::study_curves::{axis_label, titles};
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, Canvas, CanvasError, Cells};
 use fieldgap_study::{Figure, Study, StudyResult};
 
 const PANEL: (f64, f64) = (270.0, 250.0);
@@ -43,12 +41,7 @@ impl<'a> StudySurfaces<'a> {
         Some(Self { study, result, x, y, panel_width: PANEL.0, stacked: false })
     }
 
-    fn panel<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        index: usize,
-        figure: Figure,
-    ) -> Result<(), PictureError> {
+    fn panel(&self, canvas: &mut Canvas, index: usize, figure: Figure) -> Result<(), CanvasError> {
         let mut values = vec![f64::NAN; self.x.len() * self.y.len()];
         for row in &self.result.rows {
             if let Some(found) = row.figure(figure) {
@@ -71,7 +64,7 @@ impl<'a> StudySurfaces<'a> {
         };
         let colour = |value| scale.colour(value);
         let cells = Cells { column_borders: &columns, row_borders: &rows, values: &values };
-        cells.draw(canvas, &axes, colour)?;
+        raster::cells(&cells, canvas, &axes, colour)?;
         axes.x_axis(canvas, &axis_label(&self.study.sweeps[0].parameters))?;
         axes.y_axis(canvas, &axis_label(&self.study.sweeps[1].parameters))?;
         let (title, label) = titles(figure);
@@ -116,7 +109,7 @@ impl Picture for StudySurfaces<'_> {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         Figure::ALL
             .into_iter()
             .enumerate()

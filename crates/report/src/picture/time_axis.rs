@@ -3,21 +3,19 @@
 use jiff::civil::{Date, DateTime};
 use jiff::tz::TimeZone;
 use jiff::{Span, Timestamp, ToSpan};
-use plotters::backend::DrawingBackend;
 
-use super::PictureError;
 use super::axes::{Axes, TICK_TEXT};
-use super::canvas::{Align, BLACK, Canvas, Pen};
+use fieldgap_canvas::{Align, BLACK, Canvas, CanvasError, Pen};
 
 /// Room for the label of a tick, CSS pixels.
 const LABEL_WIDTH: f64 = 80.0;
 
 /// Ticks below axes whose x is in seconds since 1970 (UTC); with `labels`, month and day, and the hour where ticks are closer than a day.
-pub(super) fn time_ticks<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+pub(super) fn time_ticks(
+    canvas: &mut Canvas,
     axes: &Axes,
     labels: bool,
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     let bottom = axes.corner.1 + axes.height;
     let pen = Pen { colour: BLACK, width: 1.0 };
     let most = (axes.width / LABEL_WIDTH) as usize;

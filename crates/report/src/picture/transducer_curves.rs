@@ -1,12 +1,10 @@
 //! A transducer's pressure on and off its axis, and the width of its lobe against height.
 
-use plotters::backend::DrawingBackend;
-
 use super::axes::{Axes, LABEL_TEXT};
-use super::canvas::{Align, Canvas, Pen, Point};
 use super::marker::Series;
 use super::plane_maps::reading_label;
-use super::{Picture, PictureError, panel_row};
+use super::{Picture, panel_row};
+use fieldgap_canvas::{Align, Canvas, CanvasError, Pen, Point};
 use fieldgap_characterization::{Characterization, LEVELS_DB, PairFit};
 
 /// Points of a curve.
@@ -24,7 +22,7 @@ impl<'a> TransducerCurves<'a> {
         Self { found, unit }
     }
 
-    fn on_axis<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn on_axis(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let points = &self.found.profile.on_axis;
         if points.len() < 2 {
             return Ok(());
@@ -47,7 +45,7 @@ impl<'a> TransducerCurves<'a> {
         Ok(())
     }
 
-    fn lobe<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn lobe(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let axes = panel_row::axes(1, (-2.0, 90.0), (-0.1, 1.15));
         panel_row::frame(canvas, &axes, "off the axis", "pressure relative to axis")?;
         axes.x_axis(canvas, "angle (°)")?;
@@ -59,7 +57,7 @@ impl<'a> TransducerCurves<'a> {
         Ok(())
     }
 
-    fn angles<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn angles(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let profile = &self.found.profile;
         let heights: Vec<f64> = profile.on_axis.iter().map(|point| point.height_m * 1e3).collect();
         let (Some(&first), Some(&last)) = (heights.first(), heights.last()) else { return Ok(()) };
@@ -86,12 +84,12 @@ impl<'a> TransducerCurves<'a> {
         Ok(())
     }
 
-    fn legend<B: DrawingBackend>(
+    fn legend(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         names: &[String],
         (mut x, y): Point,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         for (number, name) in names.iter().enumerate() {
             let series = Series::Numbered(number + 1);
             let pen = Pen { colour: series.colour(), width: 2.0 };
@@ -115,7 +113,7 @@ impl Picture for TransducerCurves<'_> {
             .to_owned()
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         self.on_axis(canvas)?;
         self.lobe(canvas)?;
         self.angles(canvas)?;
@@ -144,11 +142,11 @@ fn widened(from: f64, to: f64) -> (f64, f64) {
     (from - margin, to + margin)
 }
 
-fn dots<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+fn dots(
+    canvas: &mut Canvas,
     axes: &Axes,
     points: impl Iterator<Item = (f64, f64)>,
-) -> Result<(), PictureError> {
+) -> Result<(), CanvasError> {
     for (x, y) in points.filter(|&(x, y)| axes.holds(x, y)) {
         Series::Numbered(0).mark_on_curve(canvas, axes.place(x, y), true)?;
     }

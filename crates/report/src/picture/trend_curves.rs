@@ -1,13 +1,11 @@
 //! A figure of many records over time, with its errors, and what was noted meanwhile.
 
-use plotters::backend::DrawingBackend;
-
+use super::Picture;
 use super::axes::{Axes, LABEL_TEXT, TICK_TEXT};
-use super::canvas::{Align, BLACK, Canvas, GREY, Pen, Point, Rgb};
 use super::marker::{Series, error_bar};
 use super::panel_row::{self, PanelRow};
 use super::time_axis::round_times;
-use super::{Picture, PictureError};
+use fieldgap_canvas::{Align, BLACK, Canvas, CanvasError, GREY, Pen, Point, Rgb};
 use fieldgap_records::NoteKind;
 
 /// Width on a page, CSS pixels.
@@ -139,7 +137,7 @@ impl TrendCurves {
         self.legend_words().iter().map(|words| 84.0 + 7.0 * words.chars().count() as f64).collect()
     }
 
-    fn legend<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn legend(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let (words, widths) = (self.legend_words(), self.legend_widths());
         let after_rigs = self.rigs.len() + usize::from(!self.floor.is_empty());
         let kinds = self.kinds();
@@ -167,11 +165,7 @@ impl TrendCurves {
         Ok(())
     }
 
-    fn draw_notes<B: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<B>,
-        axes: &Axes,
-    ) -> Result<(), PictureError> {
+    fn draw_notes(&self, canvas: &mut Canvas, axes: &Axes) -> Result<(), CanvasError> {
         let mut last_x = f64::NEG_INFINITY;
         for &(at_s, kind) in &self.notes {
             let (letter, colour, dash) = look(kind);
@@ -187,13 +181,13 @@ impl TrendCurves {
         Ok(())
     }
 
-    fn draw_rig<B: DrawingBackend>(
+    fn draw_rig(
         &self,
-        canvas: &mut Canvas<B>,
+        canvas: &mut Canvas,
         axes: &Axes,
         index: usize,
         points: &[TrendPoint],
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let series = Series::Numbered(index);
         let colour = series.colour();
         if points.len() <= MOST_JOINED {
@@ -237,7 +231,7 @@ impl Picture for TrendCurves {
         )
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), PictureError> {
+    fn draw(&self, canvas: &mut Canvas) -> Result<(), CanvasError> {
         let axes = self.row.axes(0, self.times(), self.values());
         self.draw_notes(canvas, &axes)?;
         let floor: Vec<Point> =

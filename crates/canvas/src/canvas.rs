@@ -1,31 +1,33 @@
 //! A sheet to draw on, in CSS pixels with fractions, the same for PNG and SVG.
 
-use plotters::backend::DrawingBackend;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{
     Color, FontDesc, FontFamily, FontStyle, FontTransform, RGBColor, ShapeStyle,
 };
 
-use super::{PictureError, font};
+use super::sheet::Sheet;
+use super::{CanvasError, font};
 
 /// A point on the sheet: x to the right, y down, CSS pixels.
-pub(crate) type Point = (f64, f64);
+pub type Point = (f64, f64);
 
 /// Backend pixels in a CSS pixel, unless a resolution is asked for. The backends know whole pixels only, so that everything is drawn this many
 /// times larger: an SVG says so in its `viewBox`, a PNG is averaged down, which smooths its edges.
-pub(crate) const OVERSAMPLING: u32 = 4;
+pub const OVERSAMPLING: u32 = 4;
 
 /// Red, green, blue, 0 to 255.
-pub(crate) type Rgb = (u8, u8, u8);
+pub type Rgb = (u8, u8, u8);
 
-pub(crate) const BLACK: Rgb = (0, 0, 0);
-pub(crate) const WHITE: Rgb = (255, 255, 255);
+/// The colour of lines and letters.
+pub const BLACK: Rgb = (0, 0, 0);
+/// The colour of the sheet.
+pub const WHITE: Rgb = (255, 255, 255);
 /// For auxiliary lines, which stay behind the data.
-pub(crate) const GREY: Rgb = (150, 150, 150);
+pub const GREY: Rgb = (150, 150, 150);
 
 /// How a text is aligned with its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Align {
+pub enum Align {
     /// To the right of it, centred in height.
     Right,
     /// To the left of it, centred in height.
@@ -40,8 +42,10 @@ pub(crate) enum Align {
 
 /// A line's colour and width in CSS pixels.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Pen {
+pub struct Pen {
+    /// Its colour.
     pub colour: Rgb,
+    /// Its width, CSS pixels.
     pub width: f64,
 }
 
@@ -60,7 +64,7 @@ fn filling((red, green, blue): Rgb) -> ShapeStyle {
 
 /// Corrections that give the text of a backend the requested size and height.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct TextFit {
+struct TextFit {
     /// Factor on the size.
     pub size: f64,
     /// Downward shift, in units of the size.
@@ -76,21 +80,23 @@ impl TextFit {
 }
 
 /// The sheet.
-pub(crate) struct Canvas<'a, B> {
-    backend: &'a mut B,
+pub struct Canvas<'s, 'a> {
+    sheet: &'s mut Sheet<'a>,
     text_fit: TextFit,
     /// Backend pixels in a CSS pixel.
     scale: f64,
 }
 
-impl<'a, B: DrawingBackend> Canvas<'a, B> {
-    /// A white sheet over the whole of the backend, with so many of its pixels in a CSS pixel.
-    pub fn new(backend: &'a mut B, text_fit: TextFit, scale: f64) -> Result<Self, PictureError> {
+impl<'s, 'a> Canvas<'s, 'a> {
+    /// A white sheet, with so many of its pixels in a CSS pixel.
+    pub(super) fn new(sheet: &'s mut Sheet<'a>, scale: f64) -> Result<Self, CanvasError> {
         font::register();
-        let (width, height) = backend.get_size();
-        let whole = (width as i32, height as i32);
-        backend.draw_rect((0, 0), whole, &filling(WHITE), true).map_err(drawing)?;
-        Ok(Self { backend, text_fit, scale })
+        sheet.fill_all(&filling(WHITE))?;
+        let text_fit = match sheet {
+            Sheet::Bitmap(_) => TextFit::BITMAP,
+            Sheet::Svg(_) => TextFit::SVG,
+        };
+        Ok(Self { sheet, text_fit, scale })
     }
 
     /// Backend pixels in a CSS pixel.
@@ -104,9 +110,9 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
     }
 
     /// A straight line.
-    pub fn line(&mut self, from: Point, to: Point, pen: Pen) -> Result<(), PictureError> {
+    pub fn line(&mut self, from: Point, to: Point, pen: Pen) -> Result<(), CanvasError> {
         let (from, to) = (self.device(from), self.device(to));
-        self.backend.draw_path([from, to], &pen.style(self.scale)).map_err(drawing)
+        self.sheet.line(from, to, &pen.style(self.scale))
     }
 
     /// A line of dashes through the points: `pattern` gives the lengths of dash, gap, dash, gap ... in CSS
@@ -116,14 +122,14 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
         points: &[Point],
         pattern: &[f64],
         pen: Pen,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let solid = || points.windows(2).map(|pair| (pair[0], pair[1])).collect();
         let parts = if pattern.is_empty() { solid() } else { dashes(points, pattern) };
         parts.into_iter().try_for_each(|(from, to)| self.line(from, to, pen))
     }
 
     /// The closed outline of a convex shape whose corners go clockwise on the sheet.
-    pub fn outline(&mut self, corners: &[Point], pen: Pen) -> Result<(), PictureError> {
+    pub fn outline(&mut self, corners: &[Point], pen: Pen) -> Result<(), CanvasError> {
         // As one polygon with a slit from its outer to its inner border: the backends would leave the joints
         // of a closed path open, or cut them.
         let mut ring = grown(corners, pen.width / 2.0);
@@ -135,9 +141,9 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
     }
 
     /// A filled polygon.
-    pub fn fill(&mut self, points: &[Point], colour: Rgb) -> Result<(), PictureError> {
+    pub fn fill(&mut self, points: &[Point], colour: Rgb) -> Result<(), CanvasError> {
         let points: Vec<(i32, i32)> = points.iter().map(|&p| self.device(p)).collect();
-        self.backend.fill_polygon(points, &filling(colour)).map_err(drawing)
+        self.sheet.polygon(points, &filling(colour))
     }
 
     /// A text of the given size (height of a line, CSS pixels).
@@ -147,7 +153,7 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
         at: Point,
         size: f64,
         align: Align,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), CanvasError> {
         let (h_pos, v_pos) = match align {
             Align::Right => (HPos::Left, VPos::Center),
             Align::Left => (HPos::Right, VPos::Center),
@@ -168,23 +174,14 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
         let printable: String =
             text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
         let at = self.device(at);
-        self.backend.draw_text(&printable, &style, at).map_err(drawing)
+        self.sheet.text(&printable, &style, at)
     }
 
     /// A picture of backend pixels, three bytes each, with its upper left corner at a point.
-    pub fn image(
-        &mut self,
-        at: Point,
-        size_px: (u32, u32),
-        rgb: &[u8],
-    ) -> Result<(), PictureError> {
+    pub fn image(&mut self, at: Point, size_px: (u32, u32), rgb: &[u8]) -> Result<(), CanvasError> {
         let at = self.device(at);
-        self.backend.blit_bitmap(at, size_px, rgb).map_err(drawing)
+        self.sheet.image(at, size_px, rgb)
     }
-}
-
-fn drawing(error: impl std::error::Error) -> PictureError {
-    PictureError::Drawing(error.to_string())
 }
 
 /// A convex shape, its corners clockwise on the sheet, with every side moved outwards.

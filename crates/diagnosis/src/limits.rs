@@ -439,7 +439,7 @@ pub(crate) const FLOOR_NOT_SEEN: f64 = 4.0;
 pub(crate) const ANOTHER_CAUSE: f64 = 0.02;
 
 /// Probability that a set of more than [`MOST_EFFECTS`] effects, or a part of one, holds an effect that is not there, though the evidence asks for it: it
-/// imitates others that were not compared. Of 20 benches of development sets for which such a set was named, five had one.
+/// imitates others that were not compared. Of 21 benches of development sets for which such a set was named, five had one.
 pub(crate) const IMITATED_AMONG_MANY: f64 = 0.25;
 
 /// Candidates that a report lists: one line each on a screen.

@@ -241,7 +241,7 @@ fn a_noise_that_few_repeats_tell_too_small_raises_no_alarm() {
     let (a, b, _) = laboratory.pair(&Differs::default(), 524);
     let found = diagnose_change(&a, &b, None).expect("comparable");
     assert_eq!(found.verdict, ChangeVerdict::None, "{}", found.to_text());
-    assert!((found.noise.multiplicative / NOISE.0 - 1.0).abs() < 0.1, "{}", found.to_text());
+    assert!((0.9..1.1).contains(&found.chi_square_unchanged), "{}", found.to_text());
 }
 
 /// The plan of the thesis reads one place several times, and its simulator has defects: neither tells the noise of a record.

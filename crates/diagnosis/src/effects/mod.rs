@@ -36,6 +36,7 @@ mod position_jitter;
 mod random;
 mod receiver_directivity;
 pub(crate) mod reflection;
+mod rigid_ball;
 mod rotation;
 mod saturation;
 pub(crate) mod scatterer;

@@ -108,10 +108,6 @@ fn explored(
             set.log_evidence >= best - RIVALS && !left.contains(&sorted_ids(&set.fit))
         };
         let Some(next) = known.iter().find(is_open).cloned() else { break };
-        if next.fit.instances.iter().any(|instance| instance.effect.search() == Search::Objects) {
-            // Beside an object each field takes ten times as long.
-            break;
-        }
         left.push(sorted_ids(&next.fit));
         let Some(exchanges) = Exchanges::of(&next.fit, observations, context) else { break };
         known.extend(fitted(exchanges.best(), best, observations, context));

@@ -76,7 +76,7 @@ pub(crate) fn noise_left(
     let variance = (best.cost + known) / (observations.len() as f64 + known);
     let factor = variance.sqrt();
     let is_noise = || {
-        let structure = ResidualStructure::patterns_only(best, observations, context);
+        let structure = ResidualStructure::of(best, observations, context);
         !structure.tests.iter().any(Test::fails)
     };
     (factor > 1.0 + NOISE_CHANGED && is_noise()).then_some(factor)

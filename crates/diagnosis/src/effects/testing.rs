@@ -102,6 +102,20 @@ impl Bench {
         Observations { scans: vec![scan] }
     }
 
+    /// As the readings of a 4 x 4 array of this pitch, all elements in phase, in six planes.
+    pub fn in_six_planes(pitch_m: f64) -> Observations {
+        let places_m: Vec<Vec3> = (0..600)
+            .map(|n| {
+                let (x, y, z) = (n % 10, n / 10 % 10, n / 100);
+                Vec3::new(f64::from(x) - 4.5, f64::from(y) - 4.5, f64::from(z))
+                    .component_mul(&Vec3::new(8e-3, 8e-3, 12e-3))
+                    + Vec3::z() * 0.06
+            })
+            .collect();
+        Self::of(Array::square(4, 4, pitch_m).expect("not empty"), Excitation::Uniform)
+            .observations(&[(Excitation::Uniform, places_m)])
+    }
+
     pub fn model(&self, id: EffectId, values: &[f64]) -> ForwardModel<'_> {
         let instance = Instance { effect: effect(id), choice: Choice::None };
         ForwardModel::of(&[instance], &[values.to_vec()], &self.context)

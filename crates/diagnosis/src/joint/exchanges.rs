@@ -342,8 +342,6 @@ fn pairs(of: &[usize]) -> Vec<Vec<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use fieldgap_acoustics::{Array, Excitation, Vec3};
-
     use super::*;
     use crate::effect_id::EffectId;
     use crate::effects::effect;
@@ -437,21 +435,8 @@ mod tests {
     #[test]
     fn a_start_leads_to_what_made_the_readings() {
         const RATIO: f64 = 1.01;
-        let places_m: Vec<Vec3> = (0..600)
-            .map(|n| {
-                let (x, y, z) = (n % 10, n / 10 % 10, n / 100);
-                Vec3::new(f64::from(x) - 4.5, f64::from(y) - 4.5, f64::from(z))
-                    .component_mul(&Vec3::new(8e-3, 8e-3, 12e-3))
-                    + Vec3::z() * 0.06
-            })
-            .collect();
-        let drives = [(Excitation::Uniform, places_m)];
-        let read = |pitch_m: f64| {
-            Bench::of(Array::square(4, 4, pitch_m).expect("not empty"), Excitation::Uniform)
-                .observations(&drives)
-        };
-        let mut observations = read(10e-3);
-        let true_drive = read(10e-3 * RATIO).scans.remove(0).drives.remove(0);
+        let mut observations = Bench::in_six_planes(10e-3);
+        let true_drive = Bench::in_six_planes(10e-3 * RATIO).scans.remove(0).drives.remove(0);
         let drive = &mut observations.scans[0].drives[0];
         (drive.readings, drive.stabilised) = (true_drive.readings, true_drive.stabilised);
         let bench = Bench::new();

@@ -254,6 +254,7 @@ mod tests {
     use crate::effects::testing::{Bench, nuisance};
     use crate::effects::turbulence;
     use crate::model::effect::Choice;
+    use crate::model::forward_model::ForwardModel;
     use crate::model::instance::Instance;
 
     /// Turbulence that doubles the scatter hardly changes the expected readings. A pitch that is off by 0.2 % changes them by less than the noise.
@@ -276,5 +277,46 @@ mod tests {
         };
         assert_eq!(order(0.6), [EffectId::Turbulence, EffectId::Pitch]);
         assert_eq!(order(1e-4), [EffectId::Pitch, EffectId::Turbulence]);
+    }
+
+    /// A wider pitch beside a ball, begun at two effects that imitate the pitch.
+    #[test]
+    fn effects_beside_an_object_are_exchanged() {
+        const RATIO: f64 = 1.01;
+        let bench = Bench::new();
+        let context = &bench.context;
+        let instance = |id| Instance { effect: effect(id), choice: Choice::None };
+        let ball = vec![25.0, 10.0, 40.0, 5.0];
+        let truth = Bench::in_six_planes(10e-3 * RATIO);
+        let model = ForwardModel::of(
+            &[instance(EffectId::Scatterer)],
+            std::slice::from_ref(&ball),
+            context,
+        );
+        let readings = model.expected_readings(&truth, &[nuisance()]);
+        let mut observations = Bench::in_six_planes(10e-3);
+        let scan = &mut observations.scans[0];
+        scan.drives[0].stabilised =
+            readings.iter().map(|reading| scan.scale.of(*reading)).collect();
+        scan.drives[0].readings = readings;
+        let ids = [EffectId::Scatterer, EffectId::SoundSpeed, EffectId::AxisScale];
+        let start = Start {
+            instances: ids.map(instance).to_vec(),
+            values: vec![
+                ball,
+                effect(EffectId::SoundSpeed).neutral(),
+                effect(EffectId::AxisScale).neutral(),
+            ],
+            spreads: vec![f64::NAN; 3],
+            nuisance: None,
+        };
+        let imitated = fit(&observations, context, start, SEARCH);
+        let imitated = ScoredModel::of(imitated, &observations);
+        let best = explored(vec![imitated.clone()], &observations, context).remove(0);
+        assert_eq!(sorted_ids(&best.fit), [EffectId::Pitch, EffectId::Scatterer]);
+        assert!(best.log_evidence > imitated.log_evidence);
+        let pitch =
+            best.fit.ids().iter().position(|id| *id == EffectId::Pitch).expect("it is held");
+        assert!((best.fit.values[pitch][0] - RATIO).abs() < 1e-3, "{:?}", best.fit.values);
     }
 }

@@ -74,7 +74,7 @@ impl Scatter {
         [self.share, self.additive, self.fluctuation].map(|root| root * root)
     }
 
-    /// The same with all noise larger by a factor.
+    /// The same with its proportional and its additive noise larger by a factor.
     pub fn times(self, factor: f64) -> Self {
         Self { share: factor * self.share, additive: factor * self.additive, ..self }
     }

@@ -1,12 +1,14 @@
 //! `--on`: the same results on this computer, after a kill, and by Slurm's tasks.
 
+mod script;
+
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use fieldgap::jobs::{Batch, Failure, MakeBatch, Product, Work};
+use script::write_script;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_fieldgap");
 
@@ -77,9 +79,7 @@ fn by_slurm(folder: &Path) -> Command {
         ("squeue", unknown),
         ("scontrol", "#!/bin/sh\necho 'MaxArraySize = 50'\n"),
     ] {
-        let path = bin.join(name);
-        fs::write(&path, text).expect("written");
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("set");
+        write_script(&bin.join(name), text);
     }
     let path = format!("{}:{}", bin.display(), std::env::var("PATH").expect("a path"));
     let mut command = fieldgap(folder);

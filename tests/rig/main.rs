@@ -9,6 +9,8 @@ mod replay_wire;
 mod repository;
 mod rig_manual;
 mod scan_ends_safe;
+#[path = "../script/mod.rs"]
+mod script;
 #[path = "../served/mod.rs"]
 mod served;
 mod slow_answers;

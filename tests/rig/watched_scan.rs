@@ -11,6 +11,7 @@ use fieldgap::records::{EventKind, RecordedScan, read_events};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::repository::{fieldgap, here, virtual_rig};
+use crate::script::write_script;
 use crate::terminal::{Terminal, shown};
 
 /// Longest wait.
@@ -183,10 +184,7 @@ fn hooks_of_plan_and_rig_run_and_a_missing_one_is_harmless() {
     let tell = home.path().join("tell");
     let script = "#!/bin/sh\ncd \"$(dirname \"$0\")\"\n\
                   echo \"$1 $FIELDGAP_EVENT $FIELDGAP_SCAN $FIELDGAP_MESSAGE\" > told\n";
-    std::fs::write(&tell, script).expect("it is written");
-    let mut rights = std::fs::metadata(&tell).expect("it is there").permissions();
-    std::os::unix::fs::PermissionsExt::set_mode(&mut rights, 0o755);
-    std::fs::set_permissions(&tell, rights).expect("it may be run");
+    write_script(&tell, script);
     let folder = home.path().join("out");
     let done = scan(&plan, &rig, &folder).output().expect("it runs");
     assert!(done.status.success(), "{}", said(&done));

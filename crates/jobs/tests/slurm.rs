@@ -2,13 +2,16 @@
 //!
 //! The scripts keep jobs in files. `sbatch` notes what was submitted; tests then run the tasks or let them fail, and set what the other commands say.
 
+#[path = "../../../tests/script/mod.rs"]
+mod script;
+
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use fieldgap_jobs::slurm::{Slurm, SlurmCommands, SlurmOptions, TaskNumbers, script};
 use fieldgap_jobs::{Batch, Failure, JobError, MakeBatch, Product, Work, run_shard};
+use script::write_script;
 use serde_json::Value;
 
 struct Numbers;
@@ -53,10 +56,11 @@ impl FakeSlurm {
 
     /// A command, run in the folder of this Slurm.
     fn program(&self, name: &str, body: &str) {
-        let path = self.path("bin").join(name);
         let home = self.folder.path().display();
-        fs::write(&path, format!("#!/bin/sh\ncd {home} || exit 9\n{body}\n")).expect("written");
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("set");
+        write_script(
+            &self.path("bin").join(name),
+            &format!("#!/bin/sh\ncd {home} || exit 9\n{body}\n"),
+        );
     }
 
     /// Lets a command print a text.

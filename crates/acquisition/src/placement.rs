@@ -256,6 +256,7 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
         fn the_lag_is_found_from_both_directions(late_s in 0.0..0.06f64, seed in 0usize..1000) {
             // Any generator of uncorrelated noise will do.

@@ -135,7 +135,7 @@ async fn sent_and_refused(paths: usize, seed: u64) -> (usize, usize) {
 
 #[tokio::test]
 async fn no_sent_path_leaves_the_travel_or_enters_a_box() {
-    let (sent, refused) = sent_and_refused(1_000_000, 2).await;
+    let (sent, refused) = sent_and_refused(100_000, 2).await;
     println!("{sent} sent, {refused} refused");
-    assert!(sent > 100_000 && refused > 100_000, "{sent} sent, {refused} refused");
+    assert!(sent > 10_000 && refused > 10_000, "{sent} sent, {refused} refused");
 }

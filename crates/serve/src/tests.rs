@@ -350,7 +350,7 @@ async fn whoever_asks_too_often_is_refused_but_may_still_stop() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100_000))]
+    #![proptest_config(ProptestConfig::with_cases(10_000))]
 
     /// Whatever an operator's page sends to whatever address: an answer that is no failure of the server. The one failure that is due is that of
     /// the rig, which cannot be opened.

@@ -40,14 +40,24 @@ fn meets(score: &serde_json::Value, what: &str, target: Target) {
 
 #[test]
 fn sealed_causes_are_found_without_false_alarms() {
+    sealed_causes_are_found(12);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn more_sealed_causes_are_found_without_false_alarms() {
+    sealed_causes_are_found(48);
+}
+
+fn sealed_causes_are_found(count: u64) {
     let home = tempfile::tempdir().expect("a folder");
     let set = home.path().join("set");
     let set_name = set.to_str().expect("text");
-    blind(&["make", "--count", "24", "--seed", "7", set_name]);
+    blind(&["make", "--count", &count.to_string(), "--seed", "7", set_name]);
     blind(&["run", set_name]);
     let score: serde_json::Value =
         serde_json::from_str(&blind(&["score", "--json", set_name])).expect("JSON");
-    assert_eq!(score["scored"], 24);
+    assert_eq!(score["scored"], count);
 
     let loud = |what: &str| format!("one effect, gap >= 0.5 sigma: {what}");
     meets(&score, &loud("named exactly"), Target::AtLeast(0.95));

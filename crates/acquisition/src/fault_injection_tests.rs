@@ -246,6 +246,14 @@ async fn run_with_faults(rate: f64, lines: u64) -> Tally {
     rig.tally
 }
 
+#[tokio::test(start_paused = true)]
+async fn line_faults_cause_no_wrong_reading() {
+    for rate in [0.001, 0.01] {
+        let tally = run_with_faults(rate, 6000).await;
+        assert!(tally.points > 100, "{tally:?}");
+    }
+}
+
 /// Each rate is that of one kind of fault; the six frequent kinds add up to 0.1 to 5 percent of all lines.
 async fn faulty_lines_cause_no_wrong_reading(lines: u64) {
     for percent in [5.0, 2.0, 0.5, 0.1] {

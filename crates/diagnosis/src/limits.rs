@@ -189,9 +189,13 @@ pub(crate) const LEAST_EXPECTED_NATS: f64 = -1.0;
 /// further. Of 290 extensions that were expected to fall shorter, one gained, by 1.4 nats.
 pub(crate) const ONE_STEP_SHORT_BY: f64 = 3.0;
 
-/// Elements up to which each may have an amplitude or a phase of its own, or be exchanged with any other: of more, the readings of a
-/// scan do not tell. Set by judgement.
+/// Elements up to which each may have an amplitude or a phase of its own, or be exchanged with any other: of more, the readings of few
+/// drives do not tell. Set by judgement.
 pub(crate) const MOST_ELEMENTS: usize = 120;
+
+/// Drives for each element from which on the readings tell more elements than that too, as calibrations do: with two numbers sought of each
+/// element, four equations of each of them and a width of their prior. Set by judgement.
+pub(crate) const DRIVES_FOR_EACH_ELEMENT: f64 = 0.5;
 
 /// A fit may be stuck if it explains the excess cost but for less than this share, and this much excess is left a reading. Set by judgement.
 pub(crate) const STUCK: f64 = 0.2;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_diagnosis::{Diagnosis, diagnose};
+use fieldgap_diagnosis::{Diagnosis, EffectId, diagnose};
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
@@ -126,6 +126,20 @@ fn odd_calibrations_are_diagnosed_without_a_panic() {
     }
 }
 
+/// More elements than the readings of one drive would tell, each with a departure of its own.
+#[test]
+fn a_calibration_tells_that_many_elements_differ() {
+    for (causes, id) in [
+        ("[element-gain]\nspread = 0.1", EffectId::ElementGain),
+        ("[element-phase]\nspread_rad = 0.15", EffectId::ElementPhase),
+    ] {
+        let coded = Coded { side: 11, drives: 140, causes, places_m: vec![PLACE], ..NOTHING };
+        let found = coded.diagnosed().expect("comparable");
+        assert!(found.verdict.names_a_cause(), "{}", found.sentence);
+        assert_eq!(found.effects, [id], "{}", found.sentence);
+    }
+}
+
 #[test]
 #[ignore = "times a calibration of 256 elements"]
 fn hundreds_of_drives_of_256_elements_take_seconds() {
@@ -133,6 +147,7 @@ fn hundreds_of_drives_of_256_elements_take_seconds() {
         "",
         "[sound-speed]\nc_m_s = 346.0",
         "[element-gain]\nspread = 0.1",
+        "[element-phase]\nspread_rad = 0.15",
         "[dead-elements]\nelements = [30, 77, 200]",
     ] {
         for reads in [1, 4] {

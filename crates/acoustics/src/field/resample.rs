@@ -53,6 +53,11 @@ impl Map {
         map
     }
 
+    /// The value of a number, row by row.
+    pub fn at(&self, number: usize) -> Complex64 {
+        Complex64::new(self.real[number], self.imaginary[number])
+    }
+
     /// The field, row by row.
     pub fn joined(&self) -> Vec<Complex64> {
         let both = self.real.iter().zip(&self.imaginary).take(self.rows * self.columns);

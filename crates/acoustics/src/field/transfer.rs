@@ -59,6 +59,17 @@ impl Transfer {
         });
         field.joined()
     }
+
+    /// What each element adds to the field at each point, element by element, with every element driven with its phase of `phases_rad`.
+    pub fn contributions(&self, phases_rad: &[f64]) -> Vec<Vec<Complex64>> {
+        assert_eq!(self.kernel.elements, phases_rad.len(), "one phase for each element");
+        let of_element = |(element, phase_rad): (usize, &f64)| {
+            let drive = Complex64::cis(*phase_rad);
+            let first = element * self.points;
+            (first..first + self.points).map(|number| drive * self.map.at(number)).collect()
+        };
+        phases_rad.iter().enumerate().map(of_element).collect()
+    }
 }
 
 #[cfg(test)]
@@ -80,6 +91,11 @@ mod tests {
             let direct = kernel(&phases).at(&points);
             for (ours, direct) in transfer.driven(&phases).into_iter().zip(direct) {
                 assert!((ours - direct).norm() < 1e-11, "{ours} {direct}");
+            }
+            let parts = kernel(&phases).contributions_at(&points);
+            let ours = transfer.contributions(&phases);
+            for (ours, direct) in ours.iter().flatten().zip(parts.iter().flatten()) {
+                assert!((ours - direct).norm() < 1e-12, "{ours} {direct}");
             }
         }
     }

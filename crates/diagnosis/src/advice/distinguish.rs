@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::effect_id::EffectId;
 use crate::effects::effect;
 use crate::fit::score_statistic::ScoreStatistics;
-use crate::limits::{MOST_ELEMENTS, READINGS_OF_A_SEARCH, SEPARATED_SIGMA};
+use crate::limits::{READINGS_OF_A_SEARCH, SEPARATED_SIGMA};
 use crate::model::effect::{Effect, Search};
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::Observations;
@@ -130,7 +130,7 @@ pub fn are_alike(
 fn has_slope(effect: &dyn Effect, observations: &Observations) -> bool {
     let has_columns = match effect.search() {
         Search::Smooth => true,
-        Search::Random => observations.elements() <= MOST_ELEMENTS,
+        Search::Random => observations.tell_each_element(),
         _ => false,
     };
     has_columns && !effect.is_defect() && effect.can_act(observations)

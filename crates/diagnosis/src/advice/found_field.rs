@@ -279,13 +279,14 @@ impl<'f> FoundField<'f> {
         let (mut at_m, mut foci, mut progress) = (Vec::new(), Vec::new(), Vec::new());
         let mut elements = vec![Vec::new(); observations.elements()];
         let gain = nuisance[0].log_gain.exp();
-        for drive in &observations.scans[0].drives {
+        let drives = &observations.scans[0].drives;
+        for (drive, added) in drives.iter().zip(self.model.contributions(drives, &nuisance[0])) {
             at_m.extend(self.model.places(&drive.visits, &nuisance[0]));
             foci.extend(drive.visits.iter().map(|_| drive.focus));
             progress.extend(drive.visits.iter().map(|visit: &Visit| visit.progress));
-            let added = self.model.contributions(drive.driven(), &drive.visits, &nuisance[0]);
             for (all, of_drive) in elements.iter_mut().zip(added) {
-                all.extend(of_drive.into_iter().map(|pressure| gain * pressure));
+                let of_drive = of_drive.into_iter().take(drive.visits.len());
+                all.extend(of_drive.map(|pressure| gain * pressure));
             }
         }
         let samples = FieldSamples {

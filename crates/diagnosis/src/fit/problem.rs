@@ -366,12 +366,7 @@ impl<'o> Problem<'o> {
             let model = self.model(numbers);
             let nuisance = self.nuisance(numbers);
             let scans = self.observations.scans.iter().zip(&nuisance);
-            scans
-                .flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
-                .map(|(drive, nuisance)| {
-                    model.contributions(drive.driven(), &model.visits(drive), nuisance)
-                })
-                .collect()
+            scans.flat_map(|(scan, nuisance)| model.contributions(&scan.drives, nuisance)).collect()
         })
     }
 }

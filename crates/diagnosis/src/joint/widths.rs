@@ -5,7 +5,7 @@ use fieldgap_acoustics::least_squares::Stopping;
 use crate::effects::catalogue;
 use crate::fit::joint_fit::{Fit, Start, fit};
 use crate::joint::posterior::{Member, Posterior, Said, unit_of_spread};
-use crate::limits::{FIRST_WIDTH, MOST_ELEMENTS, ROUNDS_OF_WIDTHS};
+use crate::limits::{FIRST_WIDTH, ROUNDS_OF_WIDTHS};
 use crate::model::effect::{Context, Effect, Search};
 use crate::model::instance::Instance;
 use crate::model::observations::Observations;
@@ -115,7 +115,7 @@ pub(crate) fn joins(
         Search::Smooth => {
             !effect.begins_flat(context) && !effect.scatters_repeats() && !effect.is_defect()
         }
-        Search::Random => observations.elements() <= MOST_ELEMENTS,
+        Search::Random => observations.tell_each_element(),
         _ => false,
     }
 }

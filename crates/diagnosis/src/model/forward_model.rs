@@ -21,6 +21,7 @@ use super::mirror::Mirror;
 use super::nuisance::Nuisance;
 use super::observations::{Driven, Observations, ObservedDrive, Visit};
 use super::pressure::Pressure;
+use super::waves::Waves;
 
 /// The believed set-up with some effects added.
 #[derive(Clone)]
@@ -140,6 +141,11 @@ impl<'c> ForwardModel<'c> {
         self.clips
     }
 
+    /// Whether an element radiates with what its neighbours are driven with.
+    pub fn couples(&self) -> bool {
+        self.couples
+    }
+
     /// Whether it matters how the robot arrived at a point.
     pub fn depends_on_arrival(&self) -> bool {
         self.depends_on_arrival
@@ -176,20 +182,30 @@ impl<'c> ForwardModel<'c> {
         let scans = observations.scans.iter().zip(nuisance);
         scans
             .map(|(scan, nuisance)| {
-                let mut before: Option<Chain<'_, '_>> = None;
-                let mut of_scan = Vec::with_capacity(scan.drives.len());
-                for drive in &scan.drives {
-                    let driven = drive.driven();
-                    let chain = match before.take() {
-                        Some(chain) if chain.differs_in_phases_from(driven) => chain.driven(driven),
-                        _ => Chain::of(self, driven, nuisance),
-                    };
-                    of_scan.push(self.pressures_of(&chain, driven, &self.visits(drive)));
-                    before = Some(chain);
-                }
-                of_scan
+                let drives = scan.drives.iter().map(|drive| (drive.driven(), drive));
+                self.of_each_drive(drives, nuisance, |chain, driven, drive| {
+                    self.pressures_of(chain, driven, &self.visits(drive))
+                })
             })
             .collect()
+    }
+
+    /// What the chain of each of these drives of one scan gives. Drives that differ in their phases alone share what they have in common.
+    fn of_each_drive<'d, D, O>(
+        &'d self,
+        drives: impl IntoIterator<Item = (Driven<'d>, D)>,
+        nuisance: &'d Nuisance,
+        of: impl Fn(&Chain<'d, 'c>, Driven<'d>, D) -> O,
+    ) -> Vec<O> {
+        let mut before: Option<Chain<'d, 'c>> = None;
+        let of_drive = |(driven, data): (Driven<'d>, D)| {
+            let chain = match before.take() {
+                Some(chain) if chain.differs_in_phases_from(driven) => chain.driven(driven),
+                _ => Chain::of(self, driven, nuisance),
+            };
+            of(before.insert(chain), driven, data)
+        };
+        drives.into_iter().map(of_drive).collect()
     }
 
     /// The visits of a drive and, where it matters how the robot arrived, those outside of rows again with the other motion.
@@ -279,16 +295,16 @@ impl<'c> ForwardModel<'c> {
         found.into_iter().map(|pressure| pressure.expect("each has a moment")).collect()
     }
 
-    /// What each element adds to the coherent pressure at each visit, element by element.
-    pub fn contributions(
-        &self,
-        driven: Driven<'_>,
-        visits: &[Visit],
-        nuisance: &Nuisance,
-    ) -> Vec<Vec<Complex64>> {
-        let points_m = self.places(visits, nuisance);
-        let kernel = Chain::of(self, driven, nuisance).kernel;
-        (0..driven.believed.array.len()).map(|n| kernel.of_element(n).at(&points_m)).collect()
+    /// What each element adds to the coherent pressure at each visit: by drive of one scan, then element, then visit.
+    pub fn contributions<'d>(
+        &'d self,
+        drives: &'d [ObservedDrive],
+        nuisance: &'d Nuisance,
+    ) -> Vec<Vec<Vec<Complex64>>> {
+        let drives = drives.iter().map(|drive| (drive.driven(), drive));
+        self.of_each_drive(drives, nuisance, |chain, _, drive| {
+            chain.waves.contributions_at(&self.places(&self.visits(drive), nuisance))
+        })
     }
 
     /// The field of the array's images in a plane, if it reflects all of it, at points of each of these drives of one scan.
@@ -299,22 +315,22 @@ impl<'c> ForwardModel<'c> {
         nuisance: &Nuisance,
     ) -> Vec<Complex64> {
         let mut images = Vec::new();
-        let mut before: Option<(Chain<'_, '_>, FieldKernel)> = None;
+        let mut before: Option<(Chain<'_, '_>, Waves)> = None;
         for (driven, points_m) in drives {
-            let (chain, kernel) = match before.take() {
-                Some((chain, kernel)) if chain.differs_in_phases_from(driven) => {
+            let (chain, of_images) = match before.take() {
+                Some((chain, of_images)) if chain.differs_in_phases_from(driven) => {
                     let chain = chain.driven(driven);
-                    let kernel = kernel.driven(&chain.sources.phases_rad);
-                    (chain, kernel)
+                    let of_images = of_images.driven(chain.waves.phases_rad().to_vec());
+                    (chain, of_images)
                 }
                 _ => {
                     let chain = Chain::of(self, driven, nuisance);
-                    let kernel = chain.mirrored(mirror);
-                    (chain, kernel)
+                    let of_images = chain.mirrored(mirror);
+                    (chain, of_images)
                 }
             };
-            images.extend(kernel.at(&points_m));
-            before = Some((chain, kernel));
+            images.extend(of_images.at(&points_m));
+            before = Some((chain, of_images));
         }
         images
     }
@@ -339,21 +355,12 @@ impl<'c> ForwardModel<'c> {
 
     /// The kernels of the elements of these drives of one scan.
     pub fn kernels<'d>(
-        &self,
+        &'d self,
         drives: impl IntoIterator<Item = Driven<'d>>,
-        nuisance: &Nuisance,
+        nuisance: &'d Nuisance,
     ) -> Vec<FieldKernel> {
-        let mut kernels = Vec::new();
-        let mut before: Option<Chain<'_, '_>> = None;
-        for driven in drives {
-            let chain = match before.take() {
-                Some(chain) if chain.differs_in_phases_from(driven) => chain.driven(driven),
-                _ => Chain::of(self, driven, nuisance),
-            };
-            kernels.push(chain.kernel.clone());
-            before = Some(chain);
-        }
-        kernels
+        let drives = drives.into_iter().map(|driven| (driven, ()));
+        self.of_each_drive(drives, nuisance, |chain, _, ()| chain.waves.kernel().clone())
     }
 
     /// What each element is driven with, rad.
@@ -383,7 +390,8 @@ impl<'c> ForwardModel<'c> {
         weight(other) / weight(self) - 1.0
     }
 
-    fn sources(&self, driven: Driven<'_>) -> Sources {
+    /// The elements, and the phases that they are driven with, rad.
+    fn sources(&self, driven: Driven<'_>) -> (Array, Vec<f64>) {
         let mut elements = driven.believed.array.elements().to_vec();
         let phases_rad = self.phases_rad(driven);
         for active in self.effects() {
@@ -391,7 +399,7 @@ impl<'c> ForwardModel<'c> {
             active.effect.coupled(active.setting(), &phases_rad, &mut elements);
         }
         let array = Array::from_elements(elements).expect("as many elements as are believed");
-        Sources { array, phases_rad }
+        (array, phases_rad)
     }
 
     fn believed_paths(believed: &Simulation) -> PathLengths {
@@ -423,15 +431,20 @@ impl<'c> ForwardModel<'c> {
         air
     }
 
-    fn kernel(&self, believed: &Simulation, sources: &Sources, nuisance: &Nuisance) -> FieldKernel {
+    fn waves(
+        &self,
+        believed: &Simulation,
+        array: &Array,
+        phases_rad: Vec<f64>,
+        nuisance: &Nuisance,
+    ) -> Waves {
         let wavenumber = self.wavenumber_rad_m(believed);
         let Radiation { transducer, width_ratio, by_face, shape, on_axis, paths } =
             self.radiation(believed);
         let widened = Widened { transducer, ratio: width_ratio, by_face };
         let shaped = Shaped { transducer: &widened, shape };
         let lobe: &dyn Transducer = if shape == [0.0; 2] { &widened } else { &shaped };
-        let mut kernel =
-            FieldKernel::new(&sources.array, &sources.phases_rad, lobe, wavenumber, paths);
+        let mut kernel = FieldKernel::new(array, &phases_rad, lobe, wavenumber, paths);
         if let Some(on_axis) = on_axis {
             kernel = kernel.with_on_axis(on_axis);
         }
@@ -445,7 +458,7 @@ impl<'c> ForwardModel<'c> {
                 |angle_rad| -> f64 { lobes.iter().map(|lobe| lobe(angle_rad)).product() };
             kernel = kernel.with_receiver_directivity(sensitivity);
         }
-        kernel
+        Waves::of(kernel, phases_rad)
     }
 }
 
@@ -454,15 +467,15 @@ struct Chain<'m, 'c> {
     model: &'m ForwardModel<'c>,
     believed: &'m Simulation,
     nuisance: &'m Nuisance,
-    sources: Sources,
-    kernel: FieldKernel,
+    array: Array,
+    waves: Waves,
 }
 
 impl<'m, 'c> Chain<'m, 'c> {
     fn of(model: &'m ForwardModel<'c>, driven: Driven<'m>, nuisance: &'m Nuisance) -> Self {
-        let sources = model.sources(driven);
-        let kernel = model.kernel(driven.believed, &sources, nuisance);
-        Self { model, believed: driven.believed, nuisance, sources, kernel }
+        let (array, phases_rad) = model.sources(driven);
+        let waves = model.waves(driven.believed, &array, phases_rad, nuisance);
+        Self { model, believed: driven.believed, nuisance, array, waves }
     }
 
     /// Whether another drive differs from this one in its phases alone.
@@ -480,10 +493,8 @@ impl<'m, 'c> Chain<'m, 'c> {
 
     /// The chain of a drive that differs in its phases alone. (The lobes of a kernel take longer to prepare than to be summed at a few points.)
     fn driven(self, driven: Driven<'m>) -> Self {
-        let phases_rad = self.model.phases_rad(driven);
-        let kernel = self.kernel.driven(&phases_rad);
-        let sources = Sources { phases_rad, ..self.sources };
-        Self { believed: driven.believed, sources, kernel, ..self }
+        let waves = self.waves.driven(self.model.phases_rad(driven));
+        Self { believed: driven.believed, waves, ..self }
     }
 
     fn pressures(&self, points_m: &[Vec3]) -> Vec<Pressure> {
@@ -500,19 +511,26 @@ impl<'m, 'c> Chain<'m, 'c> {
             let air = self.model.air(self.believed);
             let attenuation_np_m = air.attenuation_np_m + attenuation_np_m;
             let air = Propagation { attenuation_np_m, ..air };
-            self.kernel.clone().with_propagation(air).sums_at(points_m)
+            self.waves.kernel().clone().with_propagation(air).sums_at(points_m)
         };
         let scintillating = self
             .model
             .effects()
             .find_map(|active| active.effect.scintillating(active.setting(), &attenuated));
         scintillating
-            .unwrap_or_else(|| self.kernel.at(points_m).into_iter().map(Pressure::steady).collect())
+            .unwrap_or_else(|| self.waves.at(points_m).into_iter().map(Pressure::steady).collect())
     }
 
-    fn mirrored(&self, mirror: &Mirror) -> FieldKernel {
-        let mirrored = self.sources.mirrored(mirror);
-        self.model.kernel(self.believed, &mirrored, self.nuisance)
+    /// The waves of the images in a plane.
+    fn mirrored(&self, mirror: &Mirror) -> Waves {
+        let mut elements = self.array.elements().to_vec();
+        for element in &mut elements {
+            element.centre_m = mirror.of_place(&element.centre_m);
+            element.normal = mirror.of_direction(&element.normal);
+        }
+        let images = Array::from_elements(elements).expect("as many images as elements");
+        let phases_rad = self.waves.phases_rad().to_vec();
+        self.model.waves(self.believed, &images, phases_rad, self.nuisance)
     }
 }
 
@@ -536,34 +554,14 @@ impl SurroundingField for Around<'_, '_, '_> {
         if self.chain.model.hears_from_all_sides() {
             let points_m: Vec<Vec3> =
                 self.points_m.iter().map(|at_m| mirror.of_place(at_m)).collect();
-            return self.chain.kernel.at(&points_m);
+            return self.chain.waves.at(&points_m);
         }
         self.chain.mirrored(mirror).at(self.points_m)
     }
 
     fn waves_at(&self, at_m: &Vec3) -> Vec<(Vec3, Complex64)> {
-        let places = self.chain.sources.array.elements().iter().map(|element| element.centre_m);
-        let waves = (0..self.chain.sources.array.len())
-            .map(|n| self.chain.kernel.of_element(n).at(std::slice::from_ref(at_m))[0]);
-        places.zip(waves).collect()
-    }
-}
-
-/// Elements with the phases that they are driven with.
-struct Sources {
-    array: Array,
-    phases_rad: Vec<f64>,
-}
-
-impl Sources {
-    /// The images in a plane.
-    fn mirrored(&self, mirror: &Mirror) -> Self {
-        let mut elements = self.array.elements().to_vec();
-        for element in &mut elements {
-            element.centre_m = mirror.of_place(&element.centre_m);
-            element.normal = mirror.of_direction(&element.normal);
-        }
-        let array = Array::from_elements(elements).expect("as many images as elements");
-        Self { array, phases_rad: self.phases_rad.clone() }
+        let places = self.chain.array.elements().iter().map(|element| element.centre_m);
+        let waves = self.chain.waves.contributions_at(std::slice::from_ref(at_m));
+        places.zip(waves.into_iter().map(|wave| wave[0])).collect()
     }
 }

@@ -7,6 +7,7 @@
 //! - [`instance`]: an effect with the numbers at which it acts.
 //! - [`nuisance`]: gain, shift and near field, which are free in every fit.
 //! - [`pressure`]: the pressure at a reading, its steady and its random part.
+//! - [`waves`]: the waves of the elements, for drives that follow one another at the same places.
 //! - [`forward_model`]: the pressures under a set of effects.
 //! - [`receiver`]: what the receiver makes of a pressure.
 //! - [`residuals`]: measured minus expected, in standard deviations, and the likelihood.
@@ -23,3 +24,4 @@ pub mod planes;
 pub mod pressure;
 pub mod receiver;
 pub mod residuals;
+pub mod waves;

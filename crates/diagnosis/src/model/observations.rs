@@ -7,6 +7,7 @@ use fieldgap_comparison::{
 };
 use fieldgap_records::{PhaseReference, RecordedSample, RecordedScan};
 
+use crate::limits::{DRIVES_FOR_EACH_ELEMENT, MOST_ELEMENTS};
 use crate::model::motion::{Approach, Motion, approaches};
 use crate::model::phases::{PhaseMeaning, phase_noise};
 use crate::statistics::noise_scale::NoiseScale;
@@ -210,6 +211,13 @@ impl Observations {
     /// Elements of the array; of the first scan, as all are of one rig.
     pub fn elements(&self) -> usize {
         self.first().believed.array.len()
+    }
+
+    /// Whether the readings may tell each element from all others: those of a scan with few elements, and those of many drives.
+    pub fn tell_each_element(&self) -> bool {
+        let drives: usize = self.scans.iter().map(|scan| scan.drives.len()).sum();
+        let elements = self.elements();
+        elements <= MOST_ELEMENTS || drives as f64 >= DRIVES_FOR_EACH_ELEMENT * elements as f64
     }
 
     /// Whether the repeats, or the maps, of every scan tell its noise without a model.

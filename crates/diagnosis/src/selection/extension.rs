@@ -14,7 +14,7 @@ use crate::fit::random_elements::{
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
 use crate::limits::{
     CARRIED, COARSE_READINGS_NEAR, FEW_READINGS, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
-    MOST_ELEMENTS, ONE_STEP_SHORT_BY, RIVALS, STUCK,
+    ONE_STEP_SHORT_BY, RIVALS, STUCK,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
@@ -135,7 +135,7 @@ fn sets(
             let one_by_one = matches!(effect.search(), Search::Random | Search::Exchanges);
             // A simulator does not change between two records.
             let steady = effect.is_defect() && context.common.is_some();
-            let too_many = one_by_one && observations.elements() > MOST_ELEMENTS;
+            let too_many = one_by_one && !observations.tell_each_element();
             if steady
                 || too_many
                 || !context.tries(effect.id())

@@ -66,8 +66,10 @@ impl<'o> QuickScores<'o> {
         let pressures = model.pressures(observations, &fit.nuisance);
         let mut drives = Vec::new();
         for (scan_number, scan) in observations.scans.iter().enumerate() {
-            for (number, drive) in scan.drives.iter().enumerate() {
-                let nuisance = &fit.nuisance[scan_number];
+            let contributions = model.contributions(&scan.drives, &fit.nuisance[scan_number]);
+            for ((number, drive), contributions) in
+                scan.drives.iter().enumerate().zip(contributions)
+            {
                 let phases_rad = model.phases_rad(drive.driven());
                 drives.push(ScoredDrive {
                     place: drives.len(),
@@ -75,7 +77,7 @@ impl<'o> QuickScores<'o> {
                     scan: scan_number,
                     drive: number,
                     pressures: pressures[scan_number][number].clone(),
-                    contributions: model.contributions(drive.driven(), &drive.visits, nuisance),
+                    contributions,
                     turns: phases_rad.iter().map(|phase| Complex64::cis(*phase)).collect(),
                     phases_rad,
                 });

@@ -94,15 +94,23 @@ impl QuickScores<'_> {
         let quick = tried.into_par_iter().map(|(azimuth_rad, distance_m)| {
             // The field of the images is that of the array at the images of the places, but for the receiver's directivity.
             let mirror = upright(azimuth_rad, distance_m);
-            let mirrored: Vec<Complex64> = drives
-                .iter()
-                .zip(&kernels)
-                .flat_map(|((_, places_m), kernel)| {
-                    let images_m: Vec<Vec3> =
-                        places_m.iter().map(|at_m| mirror.of_place(at_m)).collect();
-                    kernel.at(&images_m)
-                })
-                .collect();
+            let images_m = |places_m: &[Vec3]| -> Vec<Vec3> {
+                places_m.iter().map(|at_m| mirror.of_place(at_m)).collect()
+            };
+            let mut mirrored: Vec<Complex64> = Vec::new();
+            let mut kernels = kernels.iter();
+            for of_scan in drives.chunk_by(is_of_one_scan) {
+                let mut kernels = kernels.by_ref().take(of_scan.len());
+                if let Some(shared_m) = self.shared_places(of_scan) {
+                    let first = kernels.next().expect("one for each drive");
+                    kernels.for_each(drop);
+                    mirrored.extend(turned(of_scan, &first.contributions_at(&images_m(shared_m))));
+                    continue;
+                }
+                for ((_, places_m), kernel) in of_scan.iter().zip(kernels) {
+                    mirrored.extend(kernel.at(&images_m(places_m)));
+                }
+            }
             (-Descent::of(&still, &mirrored).expected_fall(), (azimuth_rad, distance_m))
         });
         let finest =
@@ -245,28 +253,27 @@ impl QuickScores<'_> {
             .collect()
     }
 
+    /// The places of many drives of one scan, if they are the same few and the parts of the elements differ by the drives' phases alone.
+    fn shared_places<'p>(&self, of_scan: &'p [(&ScoredDrive, Vec<Vec3>)]) -> Option<&'p [Vec3]> {
+        let first_m = &of_scan[0].1;
+        let are_shared = !self.model.couples()
+            && of_scan.len() > first_m.len()
+            && of_scan.iter().all(|(_, at_m)| at_m == first_m);
+        are_shared.then_some(first_m)
+    }
+
     /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
     fn images(&self, stride: usize, mirror: &Mirror) -> Vec<Complex64> {
         let mut images = Vec::new();
         let drives = self.each_drive(stride);
-        for of_scan in drives.chunk_by(|one, other| one.0.scan == other.0.scan) {
+        for of_scan in drives.chunk_by(is_of_one_scan) {
             let nuisance = &self.fit.nuisance[of_scan[0].0.scan];
             let observed =
                 |drive: &ScoredDrive| &self.observations.scans[drive.scan].drives[drive.drive];
-            let first_m = &of_scan[0].1;
-            // Of many drives at the same few places the elements' parts differ by the drives' phases alone.
-            if of_scan.len() > first_m.len() && of_scan.iter().all(|(_, at_m)| at_m == first_m) {
+            if let Some(shared_m) = self.shared_places(of_scan) {
                 let first = observed(of_scan[0].0).driven();
-                let parts = self.model.contributions_of_images(first, mirror, first_m, nuisance);
-                for (drive, _) in of_scan {
-                    let turns = drive.turns.iter().zip(&of_scan[0].0.turns);
-                    let turns: Vec<Complex64> =
-                        turns.map(|(own, of_first)| own * of_first.conj()).collect();
-                    images.extend((0..first_m.len()).map(|i| {
-                        let parts = parts.iter().zip(&turns);
-                        parts.map(|(part, turn)| part[i] * turn).sum::<Complex64>()
-                    }));
-                }
+                let parts = self.model.contributions_of_images(first, mirror, shared_m, nuisance);
+                images.extend(turned(of_scan, &parts));
                 continue;
             }
             let of_drives = of_scan
@@ -276,6 +283,25 @@ impl QuickScores<'_> {
         }
         images
     }
+}
+
+fn is_of_one_scan(one: &(&ScoredDrive, Vec<Vec3>), other: &(&ScoredDrive, Vec<Vec3>)) -> bool {
+    one.0.scan == other.0.scan
+}
+
+/// The pressures of drives at the same places, drive by drive, from what each element adds under the first.
+fn turned(of_scan: &[(&ScoredDrive, Vec<Vec3>)], parts: &[Vec<Complex64>]) -> Vec<Complex64> {
+    let mut pressures = Vec::new();
+    let (first, shared_m) = &of_scan[0];
+    for (drive, _) in of_scan {
+        let turns = drive.turns.iter().zip(&first.turns);
+        let turns: Vec<Complex64> = turns.map(|(own, of_first)| own * of_first.conj()).collect();
+        pressures.extend((0..shared_m.len()).map(|i| {
+            let parts = parts.iter().zip(&turns);
+            parts.map(|(part, turn)| part[i] * turn).sum::<Complex64>()
+        }));
+    }
+    pressures
 }
 
 fn wavelength_m(context: &Context) -> f64 {

@@ -207,7 +207,17 @@ impl<'s> UnknownNoise<'s> {
         let mut here = self.log(at);
         let mut width = Matrix2::identity();
         for _ in 0..ROUNDS {
-            let (slope, curvature) = self.slopes(at, here);
+            let (mut slope, mut curvature) = self.slopes(at, here);
+            for part in 0..2 {
+                // At an edge that it would cross, one part of the noise stays, and the other is looked for by itself.
+                let outwards = if slope[part] > 0.0 { most } else { least };
+                if at[part] == outwards[part] {
+                    slope[part] = 0.0;
+                    curvature.row_mut(part).fill(0.0);
+                    curvature.column_mut(part).fill(0.0);
+                    curvature[(part, part)] = -USUAL_NOISE_WITHIN.powi(-2);
+                }
+            }
             width = -curvature;
             // Where it is not curved downwards, along the slope.
             let step = match width.cholesky() {

@@ -193,8 +193,8 @@ pub(crate) const ONE_STEP_SHORT_BY: f64 = 3.0;
 /// drives do not tell. Set by judgement.
 pub(crate) const MOST_ELEMENTS: usize = 120;
 
-/// Drives for each element from which on the readings tell more elements than that too, as calibrations do: with two numbers sought of each
-/// element, four equations of each of them and a width of their prior. Set by judgement.
+/// Drives for each element from which on the readings tell more elements than that too, as those of calibrations do. Fewer equations than
+/// unknowns are enough to tell the spread of the departures, which the evidence chooses. Set by judgement.
 pub(crate) const DRIVES_FOR_EACH_ELEMENT: f64 = 0.5;
 
 /// A fit may be stuck if it explains the excess cost but for less than this share, and this much excess is left a reading. Set by judgement.

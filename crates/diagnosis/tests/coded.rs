@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_diagnosis::{Diagnosis, EffectId, diagnose};
+use fieldgap_diagnosis::{Diagnosis, diagnose};
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
@@ -124,16 +124,6 @@ fn odd_calibrations_are_diagnosed_without_a_panic() {
             assert!(!found.verdict.names_a_cause(), "{}", found.sentence);
         }
     }
-}
-
-/// More elements than the readings of one drive would tell, each with a departure of its own.
-#[test]
-fn a_calibration_tells_that_many_elements_differ() {
-    let causes = "[element-gain]\nspread = 0.1";
-    let coded = Coded { side: 11, drives: 140, causes, places_m: vec![PLACE], ..NOTHING };
-    let found = coded.diagnosed().expect("comparable");
-    assert!(found.verdict.names_a_cause(), "{}", found.sentence);
-    assert_eq!(found.effects, [EffectId::ElementGain], "{}", found.sentence);
 }
 
 #[test]

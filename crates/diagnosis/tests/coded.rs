@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_diagnosis::{Diagnosis, diagnose};
+use fieldgap_diagnosis::{Diagnosis, EffectId, diagnose};
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
@@ -123,6 +123,21 @@ fn odd_calibrations_are_diagnosed_without_a_panic() {
         if let Some(found) = (Coded { places_m: vec![PLACE], ..coded }).diagnosed() {
             assert!(!found.verdict.names_a_cause(), "{}", found.sentence);
         }
+    }
+}
+
+/// More elements than the readings of one drive would tell, each with a departure of its own.
+#[test]
+fn a_calibration_tells_that_many_elements_differ() {
+    for (causes, id) in [
+        ("[element-gain]\nspread = 0.1", EffectId::ElementGain),
+        ("[element-phase]\nspread_rad = 0.15", EffectId::ElementPhase),
+    ] {
+        let places_m = vec![PLACE];
+        let coded = Coded { side: 11, drives: 80, reads: 3, causes, places_m, ..NOTHING };
+        let found = coded.diagnosed().expect("comparable");
+        assert!(found.verdict.names_a_cause(), "{}", found.sentence);
+        assert_eq!(found.effects, [id], "{}", found.sentence);
     }
 }
 

@@ -141,11 +141,6 @@ impl<'c> ForwardModel<'c> {
         self.clips
     }
 
-    /// Whether an element radiates with what its neighbours are driven with.
-    pub fn couples(&self) -> bool {
-        self.couples
-    }
-
     /// Whether it matters how the robot arrived at a point.
     pub fn depends_on_arrival(&self) -> bool {
         self.depends_on_arrival
@@ -335,17 +330,6 @@ impl<'c> ForwardModel<'c> {
         images
     }
 
-    /// What the image of each element in a plane adds at each point, element by element, if it reflects all of it.
-    pub fn contributions_of_images(
-        &self,
-        driven: Driven<'_>,
-        mirror: &Mirror,
-        points_m: &[Vec3],
-        nuisance: &Nuisance,
-    ) -> Vec<Vec<Complex64>> {
-        Chain::of(self, driven, nuisance).mirrored(mirror).contributions_at(points_m)
-    }
-
     /// Whether no effect makes the receiver's sensitivity depend on the angle of arrival.
     fn hears_from_all_sides(&self) -> bool {
         let turns =
@@ -353,14 +337,13 @@ impl<'c> ForwardModel<'c> {
         !self.effects().any(turns)
     }
 
-    /// The kernels of the elements of these drives of one scan.
-    pub fn kernels<'d>(
+    /// The field of the elements at points of each of these drives of one scan.
+    pub fn fields<'d>(
         &'d self,
-        drives: impl IntoIterator<Item = Driven<'d>>,
+        drives: impl IntoIterator<Item = (Driven<'d>, &'d [Vec3])>,
         nuisance: &'d Nuisance,
-    ) -> Vec<FieldKernel> {
-        let drives = drives.into_iter().map(|driven| (driven, ()));
-        self.of_each_drive(drives, nuisance, |chain, _, ()| chain.waves.kernel().clone())
+    ) -> Vec<Complex64> {
+        self.of_each_drive(drives, nuisance, |chain, _, points_m| chain.waves.at(points_m)).concat()
     }
 
     /// What each element is driven with, rad.

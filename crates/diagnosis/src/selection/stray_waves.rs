@@ -1,7 +1,7 @@
 //! Where the search begins for waves that come from elsewhere than the elements: planes above the field, walls beside it, objects in it. Every place is tried with few
 //! readings, the strength of the wave solved for.
 
-use fieldgap_acoustics::{FieldKernel, Vec3};
+use fieldgap_acoustics::Vec3;
 use nalgebra::{Matrix3, Vector3};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -16,6 +16,7 @@ use crate::limits::{
 };
 use crate::model::effect::Context;
 use crate::model::mirror::Mirror;
+use crate::model::observations::Driven;
 use crate::selection::cost_by_gain::Slope;
 use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
 
@@ -79,47 +80,46 @@ impl QuickScores<'_> {
             let (sin, cos) = azimuth_rad.sin_cos();
             Mirror { normal: Vec3::new(cos, sin, 0.0), distance_m }
         };
-        let tried: Vec<(f64, f64)> = (0..DIRECTIONS)
-            .flat_map(|n| {
-                let azimuth_rad = TAU * n as f64 / DIRECTIONS as f64;
-                let normal = upright(azimuth_rad, 0.0).normal;
-                // A wall does not cut through what was measured.
-                let nearest_m = places_m.iter().map(|at_m| normal.dot(at_m)).fold(0.0, f64::max);
-                let count = (FARTHEST_WALL_M / step_m) as usize;
-                (1..=count).map(move |n| (azimuth_rad, nearest_m + step_m * n as f64))
-            })
-            .collect();
-        let ways = tried.len() as f64;
-        let (drives, kernels) = (self.each_drive(stride), self.kernels());
-        let quick = tried.into_par_iter().map(|(azimuth_rad, distance_m)| {
+        let count = (FARTHEST_WALL_M / step_m) as usize;
+        let ways = (DIRECTIONS * count) as f64;
+        let drives = self.each_drive(stride);
+        let of_direction = |n: usize| {
+            let azimuth_rad = TAU * n as f64 / DIRECTIONS as f64;
+            let normal = upright(azimuth_rad, 0.0).normal;
+            // A wall does not cut through what was measured.
+            let nearest_m = places_m.iter().map(|at_m| normal.dot(at_m)).fold(0.0, f64::max);
+            let distances_m: Vec<f64> =
+                (1..=count).map(|n| nearest_m + step_m * n as f64).collect();
             // The field of the images is that of the array at the images of the places, but for the receiver's directivity.
-            let mirror = upright(azimuth_rad, distance_m);
-            let images_m = |places_m: &[Vec3]| -> Vec<Vec3> {
-                places_m.iter().map(|at_m| mirror.of_place(at_m)).collect()
+            let images_m: Vec<Vec<Vec3>> = (drives.iter())
+                .map(|(_, places_m)| {
+                    let mirrors = distances_m.iter().map(|at_m| upright(azimuth_rad, *at_m));
+                    let of_wall =
+                        |mirror: Mirror| places_m.iter().map(move |at_m| mirror.of_place(at_m));
+                    mirrors.flat_map(of_wall).collect()
+                })
+                .collect();
+            let at = drives.iter().zip(&images_m);
+            let fields = self.fields(at.map(|((drive, _), at_m)| (*drive, at_m.as_slice())));
+            let of_wall = |(number, distance_m): (usize, f64)| {
+                let mut mirrored = Vec::new();
+                let mut before = 0;
+                for (_, places_m) in &drives {
+                    let first = before + number * places_m.len();
+                    mirrored.extend_from_slice(&fields[first..first + places_m.len()]);
+                    before += count * places_m.len();
+                }
+                (-Descent::of(&still, &mirrored).expected_fall(), (azimuth_rad, distance_m))
             };
-            let mut mirrored: Vec<Complex64> = Vec::new();
-            let mut kernels = kernels.iter();
-            for of_scan in drives.chunk_by(is_of_one_scan) {
-                let mut kernels = kernels.by_ref().take(of_scan.len());
-                if let Some(shared_m) = self.shared_places(of_scan) {
-                    let first = kernels.next().expect("one for each drive");
-                    kernels.for_each(drop);
-                    mirrored.extend(turned(of_scan, &first.contributions_at(&images_m(shared_m))));
-                    continue;
-                }
-                for ((_, places_m), kernel) in of_scan.iter().zip(kernels) {
-                    mirrored.extend(kernel.at(&images_m(places_m)));
-                }
-            }
-            (-Descent::of(&still, &mirrored).expected_fall(), (azimuth_rad, distance_m))
+            distances_m.into_iter().enumerate().map(of_wall).collect::<Vec<_>>()
+        };
+        let quick: Vec<_> = (0..DIRECTIONS).into_par_iter().flat_map_iter(of_direction).collect();
+        let finest = best_of(quick, 2 * PLANES).into_iter().map(|(azimuth_rad, distance_m)| {
+            let images = self.images(self.stride, &upright(azimuth_rad, distance_m));
+            let (fall, coefficient) = self.solved(self.stride, &images);
+            let scaled = self.stride as f64 * fall;
+            (-scaled, Wall::upright(azimuth_rad, distance_m, coefficient, context))
         });
-        let finest =
-            best_of(quick.collect(), 2 * PLANES).into_iter().map(|(azimuth_rad, distance_m)| {
-                let images = self.images(self.stride, &upright(azimuth_rad, distance_m));
-                let (fall, coefficient) = self.solved(self.stride, &images);
-                let scaled = self.stride as f64 * fall;
-                (-scaled, Wall::upright(azimuth_rad, distance_m, coefficient, context))
-            });
         worth_a_fit(finest.collect(), ways.ln() + BEYOND_CHANCE, WALLS)
     }
 
@@ -130,8 +130,7 @@ impl QuickScores<'_> {
         let places_m = self.places_of_objects();
         let ways = places_m.len() as f64;
         let drives = self.each_drive(stride);
-        let incident: Vec<Complex64> =
-            self.kernels().iter().flat_map(|kernel| kernel.at(&places_m)).collect();
+        let incident = self.fields(self.drives.iter().map(|drive| (drive, places_m.as_slice())));
         let wavenumber = self.model.wavenumber_rad_m(&context.believed);
         let waves = |place: usize, drives: &[(&ScoredDrive, Vec<Vec3>)], incident: &[Complex64]| {
             let mut waves = Vec::new();
@@ -239,69 +238,37 @@ impl QuickScores<'_> {
         self.drives.iter().map(|drive| (drive, places_m(drive))).collect()
     }
 
-    /// The field of every drive, drive by drive.
-    fn kernels(&self) -> Vec<FieldKernel> {
-        let of_scans = self.drives.chunk_by(|one, other| one.scan == other.scan);
-        of_scans
-            .flat_map(|of_scan| {
-                let nuisance = &self.fit.nuisance[of_scan[0].scan];
-                let driven = of_scan
-                    .iter()
-                    .map(|drive| self.observations.scans[drive.scan].drives[drive.drive].driven());
-                self.model.kernels(driven, nuisance)
-            })
-            .collect()
+    /// The field of drives at these places, drive by drive.
+    fn fields<'p>(
+        &'p self,
+        drives: impl Iterator<Item = (&'p ScoredDrive, &'p [Vec3])>,
+    ) -> Vec<Complex64> {
+        let drives: Vec<_> = drives.collect();
+        let of_scans = drives.chunk_by(|one, other| one.0.scan == other.0.scan);
+        let of_scan = |of_scan: &[(&'p ScoredDrive, &'p [Vec3])]| {
+            let nuisance = &self.fit.nuisance[of_scan[0].0.scan];
+            let driven = of_scan.iter().map(|(drive, places_m)| (self.driven(drive), *places_m));
+            self.model.fields(driven, nuisance)
+        };
+        of_scans.flat_map(of_scan).collect()
     }
 
-    /// The places of many drives of one scan, if they are the same few and the parts of the elements differ by the drives' phases alone.
-    fn shared_places<'p>(&self, of_scan: &'p [(&ScoredDrive, Vec<Vec3>)]) -> Option<&'p [Vec3]> {
-        let first_m = &of_scan[0].1;
-        let are_shared = !self.model.couples()
-            && of_scan.len() > first_m.len()
-            && of_scan.iter().all(|(_, at_m)| at_m == first_m);
-        are_shared.then_some(first_m)
+    fn driven(&self, drive: &ScoredDrive) -> Driven<'_> {
+        self.observations.scans[drive.scan].drives[drive.drive].driven()
     }
 
     /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
     fn images(&self, stride: usize, mirror: &Mirror) -> Vec<Complex64> {
         let mut images = Vec::new();
         let drives = self.each_drive(stride);
-        for of_scan in drives.chunk_by(is_of_one_scan) {
+        for of_scan in drives.chunk_by(|one, other| one.0.scan == other.0.scan) {
             let nuisance = &self.fit.nuisance[of_scan[0].0.scan];
-            let observed =
-                |drive: &ScoredDrive| &self.observations.scans[drive.scan].drives[drive.drive];
-            if let Some(shared_m) = self.shared_places(of_scan) {
-                let first = observed(of_scan[0].0).driven();
-                let parts = self.model.contributions_of_images(first, mirror, shared_m, nuisance);
-                images.extend(turned(of_scan, &parts));
-                continue;
-            }
-            let of_drives = of_scan
-                .iter()
-                .map(|(drive, places_m)| (observed(drive).driven(), places_m.clone()));
+            let of_drives =
+                of_scan.iter().map(|(drive, places_m)| (self.driven(drive), places_m.clone()));
             images.extend(self.model.images(of_drives, mirror, nuisance));
         }
         images
     }
-}
-
-fn is_of_one_scan(one: &(&ScoredDrive, Vec<Vec3>), other: &(&ScoredDrive, Vec<Vec3>)) -> bool {
-    one.0.scan == other.0.scan
-}
-
-/// The pressures of drives at the same places, drive by drive, from what each element adds under the first.
-fn turned(of_scan: &[(&ScoredDrive, Vec<Vec3>)], parts: &[Vec<Complex64>]) -> Vec<Complex64> {
-    let mut pressures = Vec::new();
-    let (first, shared_m) = &of_scan[0];
-    for (drive, _) in of_scan {
-        let turns = drive.turns.iter().zip(&first.turns);
-        let turns: Vec<Complex64> = turns.map(|(own, of_first)| own * of_first.conj()).collect();
-        pressures.extend((0..shared_m.len()).map(|i| {
-            let parts = parts.iter().zip(&turns);
-            parts.map(|(part, turn)| part[i] * turn).sum::<Complex64>()
-        }));
-    }
-    pressures
 }
 
 fn wavelength_m(context: &Context) -> f64 {
@@ -367,5 +334,46 @@ impl Descent {
     /// The expected decrease of the cost beyond that by the gain alone, to first order.
     fn expected_fall(&self) -> f64 {
         self.whole_step().map_or(0.0, |step| self.downhill.dot(&step) - self.by_gain())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Excitation;
+
+    use super::*;
+    use crate::effect_id::EffectId;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::fit::joint_fit::Fit;
+
+    /// Of two drives with different places.
+    #[test]
+    fn the_search_for_walls_begins_near_the_one_that_is_there() {
+        const AZIMUTH_RAD: f64 = 0.7;
+        const DISTANCE_M: f64 = 0.14;
+        let bench = Bench::new();
+        let places = |count: u32, z_m: f64| -> Vec<Vec3> {
+            let at = |n: u32| Vec3::new(f64::from(n % 20) - 9.5, f64::from(n / 20) - 4.5, 0.0);
+            (0..count).map(|n| 4e-3 * at(n) + Vec3::z() * z_m).collect()
+        };
+        let focused = bench.believed().excitation.clone();
+        let mut observations = bench
+            .observations(&[(focused, places(200, 0.1)), (Excitation::Uniform, places(120, 0.13))]);
+        let coefficient = Complex64::from(0.4);
+        let wall = Wall::upright(AZIMUTH_RAD, DISTANCE_M, coefficient, &bench.context);
+        let model = bench.model(EffectId::Wall, &wall);
+        let mut readings = model.expected_readings(&observations, &[nuisance()]).into_iter();
+        let scan = &mut observations.scans[0];
+        for drive in &mut scan.drives {
+            drive.readings = readings.by_ref().take(drive.visits.len()).collect();
+            drive.stabilised =
+                drive.readings.iter().map(|reading| scan.scale.of(*reading)).collect();
+        }
+        let fit = Fit::of_nothing(vec![nuisance()]);
+        let found = QuickScores::of(&fit, &observations, &bench.context).walls(&bench.context);
+        let best = &found[0];
+        assert!((best[0] - AZIMUTH_RAD).abs() < TAU / DIRECTIONS as f64, "{found:?}");
+        let half_wavelength_mm = 500.0 * wavelength_m(&bench.context);
+        assert!((best[2] - 1e3 * DISTANCE_M).abs() < half_wavelength_mm, "{found:?}");
     }
 }

@@ -356,32 +356,58 @@ fn few_readings_name_no_cause_that_is_not_there() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// A plane of 169 points through the focus, as in a first look, of pistons that are simulated as Gaussian lobes. It shows that the formula is not
-/// exact, and no cause.
-#[test]
-fn a_first_look_is_not_explained_by_what_is_not_there() {
-    for (seed, share) in [(1, 0.0025), (2, 0.005), (3, 0.01)] {
-        let small = Small {
+/// Planes of 169 points through the focus, as in a first look, of pistons that are simulated as Gaussian lobes, at four noises. Against the larger
+/// noises a bowed array, or crosstalk, makes nearly the same gap. What is named must then be right as often as a diagnosis that names it claims.
+fn first_looks(seeds: u64) {
+    let drawn = [0.0025, 0.005, 0.01, 0.02].into_iter().flat_map(|noise| {
+        (0..seeds).map(move |seed| Small {
             shape: Shape::Plane(13, 20),
             again: 0.0,
             dark: 4,
-            noise: (share, 0.4 * share),
+            noise: (noise, 0.4 * noise),
             causes: toml::Table::new(),
             seed,
-        };
-        let record = RecordedScan { setup: setup_of("corrected"), ..small.record() };
-        let found = diagnose(&[record], None).expect("comparable");
-        let of_lobes = [EffectId::Directivity, EffectId::Spreading];
-        let is_there = |set: &Vec<EffectId>| set.iter().all(|id| of_lobes.contains(id));
+        })
+    });
+    let drawn: Vec<Small> = drawn.collect();
+    let found: Vec<Diagnosis> = drawn
+        .par_iter()
+        .map(|small| {
+            let record = RecordedScan { setup: setup_of("corrected"), ..small.record() };
+            diagnose(&[record], None).expect("comparable")
+        })
+        .collect();
+    let lobes = [EffectId::Directivity];
+    let (mut right, mut wrong, mut without) = (0, 0, 0);
+    for (small, found) in drawn.iter().zip(&found) {
         match found.verdict {
+            Verdict::Explained | Verdict::MostlyExplained if found.effects == lobes => right += 1,
             Verdict::Explained | Verdict::MostlyExplained => {
-                assert!(is_there(&found.effects), "{}", found.sentence);
+                wrong += 1;
+                println!("noise {} seed {}: {}", small.noise.0, small.seed, found.sentence);
             }
-            Verdict::Ambiguous => assert!(found.next_measurement.is_some(), "{}", found.sentence),
-            Verdict::Unexplained | Verdict::None => {}
+            Verdict::Ambiguous => {
+                assert!(found.next_measurement.is_some(), "{}", found.sentence);
+                without += u64::from(!found.alternatives.iter().any(|set| set == &lobes));
+            }
+            Verdict::Unexplained | Verdict::None => panic!("{}", found.sentence),
         }
-        println!("{}", found.sentence);
     }
+    println!("named: {right} rightly, {wrong} wrongly; {without} have rivals without the lobes");
+    // A set is named from a probability of nine tenths on.
+    assert!(wrong * 10 <= right + wrong && without * 10 <= drawn.len() as u64);
+    assert!(2 * right > drawn.len());
+}
+
+#[test]
+fn a_first_look_names_the_lobes_or_says_what_else_it_may_be() {
+    first_looks(3);
+}
+
+#[test]
+#[ignore = "160 small scans take a minute or two"]
+fn first_looks_at_lobes_are_named_as_certainly_as_stated() {
+    first_looks(40);
 }
 
 #[test]

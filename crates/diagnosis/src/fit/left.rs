@@ -9,7 +9,7 @@
 use fieldgap_comparison::{DarkReadings, USUAL_PROPORTIONAL_NOISE};
 use nalgebra::{Matrix2, Vector2};
 
-use crate::limits::{NOISE_SEARCH_FACTOR, USUAL_ADDITIVE_NOISE};
+use crate::limits::{NOISE_SEARCH_FACTOR, USUAL_ADDITIVE_NOISE, USUAL_NOISE_WITHIN};
 use crate::model::effect::Expected;
 use crate::model::observations::{Observations, ObservedScan};
 use crate::model::phases::PhaseResiduals;
@@ -207,7 +207,17 @@ impl<'s> UnknownNoise<'s> {
         let mut here = self.log(at);
         let mut width = Matrix2::identity();
         for _ in 0..ROUNDS {
-            let (slope, curvature) = self.slopes(at, here);
+            let (mut slope, mut curvature) = self.slopes(at, here);
+            for part in 0..2 {
+                // At an edge that it would cross, one part of the noise stays, and the other is looked for by itself.
+                let outwards = if slope[part] > 0.0 { most } else { least };
+                if at[part] == outwards[part] {
+                    slope[part] = 0.0;
+                    curvature.row_mut(part).fill(0.0);
+                    curvature.column_mut(part).fill(0.0);
+                    curvature[(part, part)] = -USUAL_NOISE_WITHIN.powi(-2);
+                }
+            }
             width = -curvature;
             // Where it is not curved downwards, along the slope.
             let step = match width.cholesky() {
@@ -235,14 +245,49 @@ impl<'s> UnknownNoise<'s> {
             sum += told * self.variance(share, additive, level) / weighed;
             count += told;
         }
-        let volume = width.determinant().max(f64::MIN_POSITIVE);
+        // At the edge of what an estimate may be off by, the likelihood may be curved upwards. Nowhere is it wider than the prior of a noise.
+        let least = USUAL_NOISE_WITHIN.powi(-2);
+        let volume: f64 = width.symmetric_eigenvalues().iter().map(|c| c.max(least)).product();
         Likelihood { log: here - 0.5 * volume.ln(), variance_ratio: sum / count }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use fieldgap_acoustics::{Excitation, Vec3};
+
     use super::*;
+    use crate::effects::testing::Bench;
+    use crate::statistics::scatter::Scatter;
+
+    /// Far from the readings the noise is at the edge of what its estimate may be off by, where the likelihood may be curved upwards.
+    #[test]
+    fn the_more_a_fit_leaves_the_less_likely_it_is() {
+        let bench = Bench::new();
+        let places = (0..60).map(|n| Vec3::new(1e-3 * f64::from(n), 0.0, 0.1)).collect();
+        let mut observations = bench.observations(&[(Excitation::Uniform, places)]);
+        observations.scans[0].set_scatter(Scatter {
+            share: 0.02,
+            additive: 0.013,
+            ..Scatter::default()
+        });
+        let log = |squares: f64| {
+            let cell = |n: u32| Cell {
+                level: 0.05 * 1.2f64.powi(n as i32),
+                count: 20.0,
+                squares: 20.0 * squares,
+            };
+            let left = Left {
+                scans: vec![(0..15).map(cell).collect()],
+                phases: vec![(0.0, 0.0)],
+                log_variances: 0.0,
+                freedom: 5.0,
+            };
+            left.likelihood(&observations).log
+        };
+        let logs: Vec<f64> = [1.0, 3.0, 6.0, 10.0, 15.0, 20.0, 40.0, 80.0].map(log).to_vec();
+        assert!(logs.is_sorted_by(|one, next| one > next), "{logs:?}");
+    }
 
     /// The integral by the rectangle rule.
     #[test]

@@ -8,6 +8,7 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::blind_rigs::{BlindRigs, rigs_in};
 use super::blind_scans::BlindScans;
+use super::blind_vary::Vary;
 use super::on::{OnArgs, batch_beside};
 use super::output::{print, print_json, report_error, say};
 use super::progress::counting_bar;
@@ -36,6 +37,8 @@ enum Step {
     Run(RunSet),
     /// Open the seal and compare the diagnoses with the true causes
     Score(ScoreSet),
+    /// Open the seal, and show how the rates move as limits of the diagnosis are halved and doubled
+    Vary(Vary),
     /// Open the seal and print the true causes as JSON
     Open(Open),
     /// Seal a truth file, so that the cause behind a virtual rig is withheld
@@ -133,9 +136,9 @@ struct Open {
 
 /// A set whose seal is to be opened.
 #[derive(Debug, Args)]
-struct Sealed {
+pub(super) struct Sealed {
     /// The folder of the set
-    set: PathBuf,
+    pub(super) set: PathBuf,
     /// The key [default: answers.key in the set's folder]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
@@ -161,6 +164,7 @@ impl Blind {
             Step::Make(make) => make.run(),
             Step::Run(run) => run.run(),
             Step::Score(score) => score.run(),
+            Step::Vary(vary) => vary.run(),
             Step::Open(open) => open.run(),
             Step::SealTruth(seal) => seal.run(),
         }
@@ -317,7 +321,7 @@ impl SealTruth {
 }
 
 impl Sealed {
-    fn answers(&self) -> miette::Result<fieldgap_blind::Answers> {
+    pub(super) fn answers(&self) -> miette::Result<fieldgap_blind::Answers> {
         let seal = Seal::of(&self.set, self.key.as_deref());
         Ok(seal.open(self.commitment.as_deref())?)
     }

@@ -6,6 +6,7 @@
 mod blind;
 mod blind_rigs;
 mod blind_scans;
+mod blind_vary;
 mod calibrate;
 mod campaign;
 mod characterize;

@@ -71,8 +71,8 @@ pub use parsed_diagnosis::{
 pub use rigs::{LOOP_PLAN, RIG};
 pub use run::{Diagnosed, Run};
 pub use score::{
-    Calibration, CalibrationBin, ConfusionRow, Figure, ParameterScore, Rate, Score, StratumScore,
-    Target, VerdictRow,
+    Calibration, CalibrationBin, ConfusionRow, Figure, Move, Moves, ParameterScore, Rate, Score,
+    StratumScore, Target, VerdictRow,
 };
 pub use seal::{Seal, fresh_seed};
 pub use seal_truth::seal_truth;

@@ -51,6 +51,7 @@
 
 mod advice;
 mod change;
+mod decisive_limit;
 mod diagnose;
 mod effect_id;
 mod effects;
@@ -80,9 +81,11 @@ pub use change::{
     ChangeCandidate, ChangeDiagnosis, ChangeVerdict, CommonModel, NoChangeDiagnosis,
     ParameterChange, RecordName, diagnose_change, diagnose_change_by_amplitudes,
 };
+pub use decisive_limit::{DecisiveLimit, VariedLimit};
 pub use diagnose::{Findings, LiveSets, Options, diagnose, diagnose_with};
 pub use effect_id::{EffectId, UnknownEffect, joined};
 pub use fitted_parameter::FittedParameter;
+pub use limits::decisive_limits;
 pub use remedy::{Remedy, SetupKey};
 pub use result::{
     Candidate, DiagnosedPlane, Diagnosis, ElementFault, ElementsAccount, ElementsSpread, HeldOutBy,

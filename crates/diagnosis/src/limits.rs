@@ -11,6 +11,37 @@
 //! search takes, and some concern records that these scans do not contain: a converter without a noise of its own, a receiver at full scale, an
 //! array of more than 400 elements.
 
+use crate::decisive_limit::DecisiveLimit;
+
+/// The limits that can change a verdict, in the order in which a diagnosis meets them. `fieldgap blind vary` halves and doubles each.
+static DECISIVE: [&DecisiveLimit; 20] = [
+    &USUAL_ADDITIVE_NOISE,
+    &USUAL_NOISE_WITHIN,
+    &ROUGHNESS_FACTOR,
+    &FLUCTUATION_SHOWN,
+    &NOISE_SEARCH_FACTOR,
+    &SHIFT_PRIOR_M,
+    &EFFECT_SIZE_SPAN,
+    &SPREAD_SPAN,
+    &ANOTHER_EFFECT,
+    &NO_EFFECT,
+    &NEAR,
+    &MATERIAL,
+    &RIVALS,
+    &LEAST_EXPECTED_NATS,
+    &PATTERN_LIMIT,
+    &SINGLE_CAUSE_LIMIT,
+    &CERTAIN,
+    &SUFFICES_ALONE,
+    &RESIDUAL_SHARE,
+    &FAINT,
+];
+
+/// The limits that can change a verdict.
+pub fn decisive_limits() -> &'static [&'static DecisiveLimit] {
+    &DECISIVE
+}
+
 // Readings: how many are looked at.
 
 /// Pairs of reading and element that a diagnosis works on at most, so that a search takes seconds; of a large array fewer readings
@@ -52,16 +83,18 @@ pub(crate) const MARGIN_OF_A_PROPOSAL: f64 = 2.0;
 pub(crate) const LEAST_ADDITIVE_NOISE: f64 = 1e-4;
 
 /// Noise in quadrature where nothing tells it, as a share of the largest reading: that of a receiver that sees a focus well. Set by judgement.
-pub(crate) const USUAL_ADDITIVE_NOISE: f64 = 5e-3;
+pub(crate) static USUAL_ADDITIVE_NOISE: DecisiveLimit =
+    DecisiveLimit::new("usual-additive-noise", 5e-3);
 
 /// Standard deviation of the logarithm of either part of the noise where nothing tells it: a factor of e. Set by judgement.
-pub(crate) const USUAL_NOISE_WITHIN: f64 = 1.0;
+pub(crate) static USUAL_NOISE_WITHIN: DecisiveLimit = DecisiveLimit::new("usual-noise-within", 1.0);
 
 /// Pairs of repeats below which they say nothing: eight tell a standard deviation to 25 %.
 pub(crate) const FEWEST_REPEATS: usize = 8;
 
 /// Factor by which the fine structure of the residual along rows may underestimate the proportional noise. Set by judgement.
-pub(crate) const ROUGHNESS_FACTOR: f64 = 2.0;
+pub(crate) static ROUGHNESS_FACTOR: DecisiveLimit =
+    DecisiveLimit::new("roughness-factor", 2.0).beyond_one();
 
 /// Largest proportional noise: five times the usual one. Receivers that are worse are not used; turbulence makes repeats differ by tens of
 /// percent.
@@ -73,14 +106,15 @@ pub(crate) const FLOOR_MARGIN: f64 = 0.1;
 
 /// Nats by which repeats, or all readings together, must prefer turbulence to steady noise, or must speak against it to exclude it: odds of 22,000
 /// to one. Set by judgement.
-pub(crate) const FLUCTUATION_SHOWN: f64 = 10.0;
+pub(crate) static FLUCTUATION_SHOWN: DecisiveLimit = DecisiveLimit::new("fluctuation-shown", 10.0);
 
 /// Nats by which repeats and dark readings may contradict the noise that all readings show, which may be a gap. Set by judgement.
 pub(crate) const NOISE_AGAINST_REPEATS: f64 = 3.0;
 
 /// Factor within which one kind of noise is looked for while the other is held, and within which dark readings fix the additive noise if
 /// repeats say otherwise; and within which the noise beside a set may differ from its estimate. Set by judgement.
-pub(crate) const NOISE_SEARCH_FACTOR: f64 = 3.0;
+pub(crate) static NOISE_SEARCH_FACTOR: DecisiveLimit =
+    DecisiveLimit::new("noise-search-factor", 3.0).beyond_one();
 
 /// Equal largest readings from which on they are a full scale: four equal ones do not happen by chance.
 pub(crate) const READINGS_AT_FULL_SCALE: usize = 4;
@@ -106,7 +140,7 @@ pub(crate) const NOISE_ROUNDS: usize = 2;
 
 /// Standard deviation of the shift that careful setting-up leaves, m: a tenth of a millimetre. A wider prior would absorb the effects
 /// that move a field.
-pub(crate) const SHIFT_PRIOR_M: f64 = 1e-4;
+pub(crate) static SHIFT_PRIOR_M: DecisiveLimit = DecisiveLimit::new("shift-prior", 1e-4);
 
 /// Mean and standard deviation of the share of a piston's near field that elements show: between none of it and all of it.
 pub(crate) const NEAR_FIELD_PRIOR: (f64, f64) = (0.5, 0.5);
@@ -120,24 +154,24 @@ pub(crate) const SAME_NEAR_FIELD: f64 = 1e-3;
 
 /// Span of the natural logarithm of an effect's size in standard deviations, each order equally likely: from one to three thousand.
 /// Set by judgement.
-pub(crate) const EFFECT_SIZE_SPAN: f64 = 8.0;
+pub(crate) static EFFECT_SIZE_SPAN: DecisiveLimit = DecisiveLimit::new("effect-size-span", 8.0);
 
 /// Span of the natural logarithm of a spread of elements, each order equally likely: from a thousandth to four tenths. Set by
 /// judgement.
-pub(crate) const SPREAD_SPAN: f64 = 6.0;
+pub(crate) static SPREAD_SPAN: DecisiveLimit = DecisiveLimit::new("spread-span", 6.0);
 
 /// Nats that each effect beyond the first costs: pairs are rarer than single effects, and there are 15 times as many of them (2.7
 /// nats).
-pub(crate) const ANOTHER_EFFECT: f64 = 5.0;
+pub(crate) static ANOTHER_EFFECT: DecisiveLimit = DecisiveLimit::new("another-effect", 5.0);
 
 /// Nats by which no effect is likelier beforehand than one particular effect: as a class, no effect and any one effect are about
 /// equally likely (ln 33 = 3.5).
-pub(crate) const NO_EFFECT: f64 = 3.0;
+pub(crate) static NO_EFFECT: DecisiveLimit = DecisiveLimit::new("no-effect", 3.0);
 
 // Search.
 
 /// Cost a reading up to which a fit is near the readings: residuals 22 % larger than the noise. Set by judgement.
-pub(crate) const NEAR: f64 = 1.5;
+pub(crate) static NEAR: DecisiveLimit = DecisiveLimit::new("near", 1.5).beyond_one();
 
 /// Single effects that are extended by another. Set by judgement.
 pub(crate) const SINGLES_EXTENDED: usize = 3;
@@ -159,7 +193,7 @@ pub(crate) const EXCHANGES: usize = 3;
 
 /// Share of the gap in chi-square that another effect must explain: the formulas of the effects are no better than that. Set by
 /// judgement.
-pub(crate) const MATERIAL: f64 = 3e-4;
+pub(crate) static MATERIAL: DecisiveLimit = DecisiveLimit::new("material", 3e-4);
 
 /// Cost a reading from which on a gap is very large. Set by judgement.
 pub(crate) const VERY_LARGE: f64 = 100.0;
@@ -169,7 +203,7 @@ pub(crate) const MATERIAL_OF_VERY_LARGE: f64 = 1e-3;
 
 /// Nats within which sets near the readings are rivals: they are extended, fitted to all readings, and their discrete choices are made again. Odds
 /// of 160,000 to one.
-pub(crate) const RIVALS: f64 = 12.0;
+pub(crate) static RIVALS: DecisiveLimit = DecisiveLimit::new("rivals", 12.0);
 
 /// Nats behind the best, by the estimate of the coarse fit, at which an effect is given up: the estimate is far from exact. Set by
 /// judgement.
@@ -183,7 +217,8 @@ pub(crate) const KEPT_IN_ANY_CASE: usize = 5;
 pub(crate) const MOST_IN_QUESTION: usize = 16;
 
 /// Nats that the score statistic must expect of an effect before it is fitted beside a set near the readings. Set by judgement.
-pub(crate) const LEAST_EXPECTED_NATS: f64 = -1.0;
+pub(crate) static LEAST_EXPECTED_NATS: DecisiveLimit =
+    DecisiveLimit::new("least-expected-nats", -1.0);
 
 /// Nats by which a set may be expected to fall short of the one that it extends, by one step on all readings from its fit to few, and still be fitted
 /// further. Of 290 extensions that were expected to fall shorter, one gained, by 1.4 nats.
@@ -207,7 +242,7 @@ pub(crate) const START_SHORT_BY: f64 = 4.0;
 pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
 
 /// How far beside what was measured a wall is looked for, m. Set by judgement.
-pub(crate) const FARTHEST_WALL_M: f64 = 0.15;
+pub(crate) const FARTHEST_WALL_M: f64 = 0.2;
 
 /// Pairs of reading and element on which walls and objects are compared first, and the readings at least. Set by judgement.
 pub(crate) const PAIRS_OF_STRAY_WAVES: usize = 6000;
@@ -280,10 +315,10 @@ pub(crate) const UNQUESTIONED: f64 = 40.0;
 // Residual structure.
 
 /// Standard deviations at which a test for patterns fails: thousands of readings show small flaws of the formulas at three.
-pub(crate) const PATTERN_LIMIT: f64 = 4.0;
+pub(crate) static PATTERN_LIMIT: DecisiveLimit = DecisiveLimit::new("pattern-limit", 4.0);
 
 /// The same of a test that asks for one cause and knows how rare its statistic is: one in two thousand.
-pub(crate) const SINGLE_CAUSE_LIMIT: f64 = 3.3;
+pub(crate) static SINGLE_CAUSE_LIMIT: DecisiveLimit = DecisiveLimit::new("single-cause-limit", 3.3);
 
 /// The same for order among departures of elements, which no formula makes: one in four hundred, by either of two tests.
 pub(crate) const ORDER_LIMIT: f64 = 3.0;
@@ -382,10 +417,10 @@ pub(crate) const MATERIAL_OF_CHANGE: f64 = 0.01;
 // Verdict.
 
 /// Probability above which a set is named alone, with the larger sets that hold it, and that rivals must reach together. Set by judgement.
-pub(crate) const CERTAIN: f64 = 0.9;
+pub(crate) static CERTAIN: DecisiveLimit = DecisiveLimit::new("certain", 0.9).short_of_one();
 
 /// Probability that a set must have by itself to be named for larger sets that hold it: it is likelier than not that nothing else acts.
-pub(crate) const SUFFICES_ALONE: f64 = 0.5;
+pub(crate) static SUFFICES_ALONE: DecisiveLimit = DecisiveLimit::new("suffices-alone", 0.5);
 
 /// Rivals that are named at most, by the contract of the output.
 pub(crate) const MOST_RIVALS: usize = 3;
@@ -399,14 +434,14 @@ pub(crate) const STRUCTURE_AFTER_EXCHANGES: f64 = 1.5;
 pub(crate) const LEAST_SHARE_OF_MOST: f64 = 0.5;
 
 /// Share of the excess chi-square that one effect may leave and still explain a gap: no formula is better. Set by judgement.
-pub(crate) const RESIDUAL_SHARE: f64 = 3e-3;
+pub(crate) static RESIDUAL_SHARE: DecisiveLimit = DecisiveLimit::new("residual-share", 3e-3);
 
 /// Cost a reading of the believed set-up from which on a gap is so large that a formula's own error may show. Set by judgement.
 pub(crate) const LARGE: f64 = 4.0;
 
 /// Explained chi-square a reading below which a gap is faint: 0.4 standard deviations squared. Of faint gaps in a thousand sealed
 /// scans thirteen were attributed to two effects or three, and none had two.
-pub(crate) const FAINT: f64 = 0.16;
+pub(crate) static FAINT: DecisiveLimit = DecisiveLimit::new("faint", 0.16);
 
 /// Share of a gap that rounding errors must make up to count against an explanation. Set by judgement.
 pub(crate) const ROUNDING_SHARE: f64 = 0.1;

@@ -7,6 +7,7 @@ mod calibration;
 mod confusion;
 mod judged;
 mod measurement;
+mod moves;
 mod ordinary;
 mod parameters;
 mod rate;
@@ -19,13 +20,14 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::answer::Answers;
+use super::answer::{Answer, Answers};
 use super::error::BlindError;
 use super::parsed_diagnosis::ParsedDiagnosis;
 use super::run::diagnosis_of;
 pub use calibration::{Calibration, CalibrationBin};
 pub use confusion::{ConfusionRow, VerdictRow};
 use judged::Judged;
+pub use moves::{Move, Moves};
 pub use parameters::ParameterScore;
 pub use rate::{Figure, Rate, Target};
 pub use strata::StratumScore;
@@ -60,19 +62,7 @@ impl Score {
     /// # Errors
     /// [`BlindError`] if there is none, or one cannot be read.
     pub fn of_folder(answers: &Answers, diagnoses: &Path) -> Result<Self, BlindError> {
-        let mut diagnoses_read = Vec::new();
-        for answer in &answers.answers {
-            let path = diagnosis_of(diagnoses, &answer.name);
-            diagnoses_read.push(if path.exists() {
-                Some(ParsedDiagnosis::read(&path)?)
-            } else {
-                None
-            });
-        }
-        if diagnoses_read.iter().all(Option::is_none) {
-            return Err(BlindError::NothingToScore(diagnoses.to_owned()));
-        }
-        Ok(Self::new(answers, &diagnoses_read))
+        Ok(Self::new(answers, &diagnoses_in(answers, diagnoses)?))
     }
 
     /// Scores diagnoses, one for each answer where there is one.
@@ -107,6 +97,22 @@ impl Score {
             parameters,
             strata,
         }
+    }
+}
+
+/// The diagnosis of each scan in a folder, where there is one.
+fn diagnoses_in(
+    answers: &Answers,
+    folder: &Path,
+) -> Result<Vec<Option<ParsedDiagnosis>>, BlindError> {
+    let of = |answer: &Answer| {
+        let path = diagnosis_of(folder, &answer.name);
+        path.exists().then(|| ParsedDiagnosis::read(&path)).transpose()
+    };
+    let diagnoses: Vec<_> = answers.answers.iter().map(of).collect::<Result<_, _>>()?;
+    match diagnoses.iter().all(Option::is_none) {
+        true => Err(BlindError::NothingToScore(folder.to_owned())),
+        false => Ok(diagnoses),
     }
 }
 

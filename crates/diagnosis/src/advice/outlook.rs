@@ -183,7 +183,7 @@ mod tests {
             covariance: Some(DMatrix::identity(size, size) * 0.25),
             ..Fit::of_nothing(vec![nuisance()])
         };
-        ScoredModel { fit, log_evidence: 0.0 }
+        ScoredModel { fit, log_evidence: 0.0, unseen: 0.0 }
     }
 
     const POSSIBLE: [(usize, [f64; 3]); 4] = [

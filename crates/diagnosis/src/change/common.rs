@@ -52,7 +52,8 @@ impl ModelOfA {
         held(observations);
         let settled_by = |fitted: &Fit, observations: &mut Observations| {
             // A model far from the readings says nothing about their noise.
-            let near = cost_on(observations, fitted, context) < NEAR * observations.len() as f64;
+            let near =
+                cost_on(observations, fitted, context) < NEAR.get() * observations.len() as f64;
             settle_scatter(observations, &fitted.model(context), &fitted.nuisance, context, near);
             held(observations);
         };

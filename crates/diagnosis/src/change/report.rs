@@ -169,7 +169,8 @@ impl Report<'_> {
         let left =
             (best.fit.cost - count).max(in_slow_patterns(&self.observations, &structure.residuals));
         let is_small = left < SIGNATURE_SHARE * (nothing.fit.cost - count);
-        let is_clear = judgement.probabilities[0] >= CERTAIN && !best.fit.instances.is_empty();
+        let is_clear =
+            judgement.probabilities[0] >= CERTAIN.get() && !best.fit.instances.is_empty();
         match judgement.verdict == Verdict::Unexplained && is_small && is_clear {
             true => Judgement { verdict: Verdict::MostlyExplained, named: vec![0], ..judgement },
             false => judgement,

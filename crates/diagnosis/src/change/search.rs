@@ -50,7 +50,7 @@ pub(crate) fn searched(observations: &Observations, context: &Context) -> Vec<Sc
         }
         // Far from the readings any set may become the best with the next effect.
         let near = is_near(&grown[0].fit, observations);
-        let least = grown[0].log_evidence - RIVALS;
+        let least = grown[0].log_evidence - RIVALS.get();
         grown.retain(|set| !near || set.log_evidence >= least);
         grown.truncate(SINGLES_EXTENDED);
         frontier = grown;

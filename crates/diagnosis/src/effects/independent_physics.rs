@@ -243,8 +243,13 @@ fn case(id: EffectId) -> Option<Case> {
             &Reflection::at_height(0.3, Complex64::new(0.2, -0.1), &context()),
         ),
         EffectId::Wall => Some(Case {
-            truth: toml::toml! { wall = { normal = [0.8, 0.6, 0.0], distance_mm = 70.0, coefficient = [0.2, -0.1] } },
-            values: Wall::upright(0.6f64.atan2(0.8), 0.07, Complex64::new(0.2, -0.1), &context()),
+            truth: toml::toml! { wall = { normal = [0.768, 0.576, 0.28], distance_mm = 70.0, coefficient = [0.2, -0.1] } },
+            values: Wall::returning(
+                [0.6f64.atan2(0.8), 0.28f64.asin()],
+                0.07,
+                Complex64::new(0.2, -0.1),
+                &context(),
+            ),
             choices: vec![Choice::None],
         }),
         EffectId::Scatterer => plain(

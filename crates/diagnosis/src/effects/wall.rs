@@ -36,14 +36,19 @@ fn turn(mirror: &Mirror, context: &Context) -> Complex64 {
 }
 
 impl Wall {
-    /// An upright plane at an azimuth, rad, that returns so much, as the numbers that a fit works on.
-    pub fn upright(
-        azimuth_rad: f64,
+    /// The plane whose normal has this azimuth and elevation, rad, at a distance from the array's centre.
+    pub fn facing(direction: [f64; 2], distance_m: f64) -> Mirror {
+        mirror(&[direction[0], direction[1], 1e3 * distance_m])
+    }
+
+    /// That plane, which returns so much, as the numbers that a fit works on.
+    pub fn returning(
+        [azimuth_rad, elevation_rad]: [f64; 2],
         distance_m: f64,
         coefficient: Complex64,
         context: &Context,
     ) -> Vec<f64> {
-        let mut values = vec![azimuth_rad, 0.0, 1e3 * distance_m];
+        let mut values = vec![azimuth_rad, elevation_rad, 1e3 * distance_m];
         let turned = coefficient * turn(&mirror(&values), context);
         values.extend([turned.re, turned.im]);
         values
@@ -158,7 +163,7 @@ mod tests {
             let visit = Visit { at_m, ..visit() };
             model.pressures_at(bench.believed(), &[visit], &nuisance())[0].coherent
         };
-        let values = Wall::upright(0.4, 0.07, Complex64::ONE, &bench.context);
+        let values = Wall::returning([0.4, 0.0], 0.07, Complex64::ONE, &bench.context);
         let at_m = Vec3::new(0.01, -0.004, 0.12);
         let walled = pressure(&bench.model(EffectId::Wall, &values), at_m);
         let believed = ForwardModel::believed();

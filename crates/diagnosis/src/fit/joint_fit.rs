@@ -83,7 +83,7 @@ impl Fit {
     /// The penalty for the shifts of the scans.
     pub fn cost_of_shifts(&self) -> f64 {
         let shifts = self.nuisance.iter().map(|nuisance| nuisance.shift_m.norm_squared());
-        shifts.sum::<f64>() / (SHIFT_PRIOR_M * SHIFT_PRIOR_M)
+        shifts.sum::<f64>() / (SHIFT_PRIOR_M.get() * SHIFT_PRIOR_M.get())
     }
 
     /// The cost with that penalty. A displaced origin is absorbed by the shift; only the penalty then shows that the shift is larger than
@@ -319,7 +319,7 @@ pub(crate) fn unknowns(
 ) -> Vec<Unknown> {
     let mut unknowns = Vec::new();
     let (shift_m, near_field) = match &context.common {
-        None => (SHIFT_PRIOR_M, NEAR_FIELD_PRIOR),
+        None => (SHIFT_PRIOR_M.get(), NEAR_FIELD_PRIOR),
         Some(common) => (REPEATED_PLACE_M, (common.near_field, SAME_NEAR_FIELD)),
     };
     for nuisance in nuisance {

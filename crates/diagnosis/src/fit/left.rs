@@ -125,7 +125,7 @@ fn log_of_phases(count: f64, squares: f64, within: f64) -> f64 {
     }
     let tightness = (within * within).recip();
     // What exceeds the estimate by far is a gap, and no noise.
-    let most = NOISE_SEARCH_FACTOR.ln();
+    let most = NOISE_SEARCH_FACTOR.get().ln();
     let mut at = 0.0f64;
     for _ in 0..ROUNDS {
         let left = squares * (-2.0 * at).exp();
@@ -155,7 +155,7 @@ impl<'s> UnknownNoise<'s> {
         Self {
             scan,
             dark: scan.dark_readings(),
-            usual_additive: (USUAL_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE),
+            usual_additive: (USUAL_ADDITIVE_NOISE.get() * largest).max(f64::MIN_POSITIVE),
             cells: cells.collect(),
         }
     }
@@ -201,7 +201,7 @@ impl<'s> UnknownNoise<'s> {
         let additive = scatter.additive.max(1e-3 * self.usual_additive);
         let mut at = Vector2::new(scatter.share.max(LEAST_SHARE).ln(), additive.ln());
         // What exceeds the estimate by far is a gap, and no noise.
-        let within = Vector2::repeat(NOISE_SEARCH_FACTOR.ln());
+        let within = Vector2::repeat(NOISE_SEARCH_FACTOR.get().ln());
         let (least, most) = (at - within, at + within);
         let inside = |at: Vector2<f64>| at.sup(&least).inf(&most);
         let mut here = self.log(at);
@@ -215,7 +215,7 @@ impl<'s> UnknownNoise<'s> {
                     slope[part] = 0.0;
                     curvature.row_mut(part).fill(0.0);
                     curvature.column_mut(part).fill(0.0);
-                    curvature[(part, part)] = -USUAL_NOISE_WITHIN.powi(-2);
+                    curvature[(part, part)] = -USUAL_NOISE_WITHIN.get().powi(-2);
                 }
             }
             width = -curvature;
@@ -246,7 +246,7 @@ impl<'s> UnknownNoise<'s> {
             count += told;
         }
         // At the edge of what an estimate may be off by, the likelihood may be curved upwards. Nowhere is it wider than the prior of a noise.
-        let least = USUAL_NOISE_WITHIN.powi(-2);
+        let least = USUAL_NOISE_WITHIN.get().powi(-2);
         let volume: f64 = width.symmetric_eigenvalues().iter().map(|c| c.max(least)).product();
         Likelihood { log: here - 0.5 * volume.ln(), variance_ratio: sum / count }
     }

@@ -280,7 +280,7 @@ impl QuadraticCost {
             from += count;
         }
         log_evidence -=
-            cost_of_likeness(&covariance, &ranges) + ANOTHER_EFFECT * subset.len() as f64;
+            cost_of_likeness(&covariance, &ranges) + ANOTHER_EFFECT.get() * subset.len() as f64;
         Some(Estimate { departures, log_evidence })
     }
 

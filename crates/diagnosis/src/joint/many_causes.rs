@@ -84,7 +84,7 @@ pub(crate) fn of_many_causes(
             break;
         }
         noise_changed = true;
-        let least = sets[0].log_evidence - RIVALS;
+        let least = sets[0].log_evidence - RIVALS.get();
         sets.retain(|set| set.log_evidence >= least);
         let fits = sets.into_par_iter().map(|set| on_all(set.fit, &observations, context));
         sets = best_first(fits.collect());
@@ -105,7 +105,7 @@ fn explored(
     for _ in 0..JOINT_ROUNDS {
         let best = known[0].log_evidence;
         let is_open = |set: &&ScoredModel| {
-            set.log_evidence >= best - RIVALS && !left.contains(&sorted_ids(&set.fit))
+            set.log_evidence >= best - RIVALS.get() && !left.contains(&sorted_ids(&set.fit))
         };
         let Some(next) = known.iter().find(is_open).cloned() else { break };
         left.push(sorted_ids(&next.fit));
@@ -150,7 +150,7 @@ fn on_all(fit: Fit, observations: &Observations, context: &Context) -> ScoredMod
 /// The effects that a joint fit from there keeps, with priors as wide as a set of few has them.
 fn named(from: &Fit, observations: &Observations, context: &Context) -> Fit {
     let joint = relevant(from, observations, context);
-    let Some((kept, _)) = asked_for(&joint, ANOTHER_EFFECT) else { return joint };
+    let Some((kept, _)) = asked_for(&joint, ANOTHER_EFFECT.get()) else { return joint };
     let mut start = restarted(&joint, &kept);
     for (instance, spread) in start.instances.iter().zip(&mut start.spreads) {
         if instance.effect.search() != Search::Random {

@@ -184,11 +184,12 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    pub fn new<const N: usize>(
-        parameters: [(&'static str, FittedParameter); N],
+    pub fn new(
+        parameters: impl IntoIterator<Item = (&'static str, FittedParameter)>,
         sentence: String,
     ) -> Self {
-        Self { parameters: BTreeMap::from(parameters), sentence: with_minus_signs(&sentence) }
+        let parameters = parameters.into_iter().collect();
+        Self { parameters, sentence: with_minus_signs(&sentence) }
     }
 }
 

@@ -73,13 +73,17 @@ impl ForwardModel<'_> {
         progress: f64,
         scan: &ObservedScan,
     ) -> Scaled {
+        /// Relative step of the level for its slope.
+        const LOUDER: f64 = 1e-5;
         if !self.changes_scatter() && !self.clips() {
             let level = level(pressure, self.gain_at(gain, progress));
             let (value, by_log_level) = scan.scale.of_level(level);
             return Scaled { value, by_log_level, variance_ratio: 1.0 };
         }
         let Expected { reading, variance_ratio } = self.expected(pressure, gain, progress, scan);
-        let by_log_level = reading * scan.scale.slope(reading);
+        // Neither a mean in the noise nor one at full scale follows its level.
+        let louder = self.expected(pressure, gain * (1.0 + LOUDER), progress, scan).reading;
+        let by_log_level = scan.scale.slope(reading) * (louder - reading) / LOUDER;
         Scaled { value: scan.scale.of(reading), by_log_level, variance_ratio }
     }
 

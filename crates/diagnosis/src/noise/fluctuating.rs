@@ -39,7 +39,7 @@ pub(crate) fn fluctuating(
     let [first, others @ ..] = found;
     let (least, scatter) =
         others.into_iter().fold(first, |best, other| if other.0 < best.0 { other } else { best });
-    (cost(steady) - least > FLUCTUATION_SHOWN).then_some(scatter)
+    (cost(steady) - least > FLUCTUATION_SHOWN.get()).then_some(scatter)
 }
 
 /// The likeliest scatter by driven and dark readings, starting from a steady one.

@@ -24,7 +24,7 @@ fn against_share(share: f64) -> f64 {
 
 /// Prior of the quadratures' noise where dark readings do not tell it, in nats.
 fn against_additive(additive: f64, largest: f64) -> f64 {
-    against_unusual(additive, USUAL_ADDITIVE_NOISE * largest)
+    against_unusual(additive, USUAL_ADDITIVE_NOISE.get() * largest)
 }
 
 /// The least dark reading, or the floor that dark readings show, with a margin for their error.
@@ -40,7 +40,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     // A converter with coarse steps makes every dark reading zero.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
     let in_rows = roughness(scan, levels);
-    let rough = in_rows.unwrap_or((USUAL_PROPORTIONAL_NOISE, USUAL_ADDITIVE_NOISE * largest));
+    let rough = in_rows.unwrap_or((USUAL_PROPORTIONAL_NOISE, USUAL_ADDITIVE_NOISE.get() * largest));
     let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
     let dark = scan.dark_readings();
     let unknown = DarkNoise::without_floor(rough.1);
@@ -49,7 +49,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let beside_floor = known.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= FEWEST_REPEATS;
     if let Some(dark) = dark.as_ref().filter(|_| beside_floor) {
         // Beside a floor, dark readings have proportional noise too, so both parts are found from dark readings and repeats together.
-        let most_share = (ROUGHNESS_FACTOR * rough.0).max(10.0 * LEAST_SHARE);
+        let most_share = (ROUGHNESS_FACTOR.get() * rough.0).max(10.0 * LEAST_SHARE);
         let of = |additive: f64| {
             least_positive(LEAST_SHARE, most_share, |share| {
                 cost(&pairs, share, additive, 0.0, Fluctuation::OfPaths)
@@ -67,8 +67,8 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         let (additive, of_after) =
             least_positive(1e-3 * floor, floor, |additive| of_steady(&after, additive));
         // Readings that scatter near the floor as they do elsewhere have a noise of their own, which silence lacks, unless they fluctuate.
-        let fluctuating = best_fluctuation(&pairs, known.additive).2 + FLUCTUATION_SHOWN;
-        let steady = of_steady(&pairs, known.additive) - FLUCTUATION_SHOWN;
+        let fluctuating = best_fluctuation(&pairs, known.additive).2 + FLUCTUATION_SHOWN.get();
+        let steady = of_steady(&pairs, known.additive) - FLUCTUATION_SHOWN.get();
         if of_after < steady.min(fluctuating) {
             known = DarkNoise { additive, before_noise: true, ..known };
             pairs = after;
@@ -105,8 +105,8 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     };
     let (steady_additive, steady_cost) = match known.floor == 0.0 {
         true => least_positive(
-            additive / NOISE_SEARCH_FACTOR,
-            additive * NOISE_SEARCH_FACTOR,
+            additive / NOISE_SEARCH_FACTOR.get(),
+            additive * NOISE_SEARCH_FACTOR.get(),
             |additive| of_steady(pairs, additive) + of_silence(additive),
         ),
         false => (additive, of_steady(pairs, additive)),
@@ -114,13 +114,13 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     // What no dark reading tells is no sign of a fluctuation.
     let additive = if dark.is_some() { additive } else { steady_additive };
     let (fluctuation, cause, fluctuating_cost) = best_fluctuation(pairs, additive);
-    if steady_cost - fluctuating_cost - of_silence(additive) > FLUCTUATION_SHOWN {
+    if steady_cost - fluctuating_cost - of_silence(additive) > FLUCTUATION_SHOWN.get() {
         let share = best_share(pairs, additive, fluctuation, cause).0;
         return Scatter { share, additive, fluctuation, cause, ..scatter }.with_limits();
     }
     // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
     // is less sensitive to them and bounds the result.
-    let most_share = in_rows.map_or(MOST_SHARE, |(share, _)| ROUGHNESS_FACTOR * share);
+    let most_share = in_rows.map_or(MOST_SHARE, |(share, _)| ROUGHNESS_FACTOR.get() * share);
     let steady_share = best_share(pairs, steady_additive, 0.0, Fluctuation::OfPaths).0;
     let (additive, share) = (steady_additive, steady_share.min(most_share));
     Scatter { share, additive, ..scatter }.with_limits()
@@ -203,7 +203,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     let least_against = against(judged.share, judged.additive);
     // The two limits depend on each other: beside a floor dark readings give a sum of both.
     let either = |at: f64, against: &dyn Fn(f64) -> f64| {
-        least_positive(at / NOISE_SEARCH_FACTOR, at * NOISE_SEARCH_FACTOR, against).1
+        least_positive(at / NOISE_SEARCH_FACTOR.get(), at * NOISE_SEARCH_FACTOR.get(), against).1
     };
     let limit = |factor: f64, against: &dyn Fn(f64) -> f64| {
         let mut limit = 1.0;

@@ -243,7 +243,8 @@ impl ReportBuilder<'_> {
             effects: fit.ids(),
             probability: (1.0 - ANOTHER_CAUSE)
                 * (1.0 - imitated)
-                * self.judgement.probabilities[number],
+                * self.judgement.probabilities[number]
+                / (1.0 + scored.unseen),
             log_evidence: scored.log_evidence - self.scored[0].log_evidence,
             parameters,
             readings,

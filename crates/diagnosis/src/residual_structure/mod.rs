@@ -48,16 +48,19 @@ impl ResidualStructure {
             move |(name, z): (&'static str, f64)| Test { name, z, limit, sign_of: None, kind }
         };
         let scatter = patterns::scatter(observations, &residuals);
-        let mut tests =
-            vec![plain(Kind::NoFlaw, PATTERN_LIMIT)(("more scatter than the noise", scatter))];
+        let mut tests = vec![plain(Kind::NoFlaw, PATTERN_LIMIT.get())((
+            "more scatter than the noise",
+            scatter,
+        ))];
         let patterns = patterns::z_scores(observations, &residuals);
         if fit.instances.iter().any(|instance| instance.effect.scatters_repeats()) {
             // Air and robot scatter each reading. If a few readings make the scatter, it has another cause.
             let far = ("a few readings far off", z_of_kurtosis(&residuals));
-            tests.push(plain(Kind::NoFlaw, PATTERN_LIMIT)(far));
+            tests.push(plain(Kind::NoFlaw, PATTERN_LIMIT.get())(far));
         }
         tests.extend(patterns.into_iter().map(|(name, z)| {
-            let limit = if name == REPEATS_ALIKE { SINGLE_CAUSE_LIMIT } else { PATTERN_LIMIT };
+            let limit =
+                if name == REPEATS_ALIKE { SINGLE_CAUSE_LIMIT.get() } else { PATTERN_LIMIT.get() };
             plain(Kind::Pattern, limit)((name, z))
         }));
         let order = order_of_elements(observations, fit).map(|z| ("order among the elements", z));

@@ -142,7 +142,7 @@ impl Asked<'_, '_> {
         }
         // (This many directions also find small errors of the formulas.)
         Test {
-            limit: PATTERN_LIMIT,
+            limit: PATTERN_LIMIT.get(),
             ..self.of_directions("a set-up that differs over the field", &over_field)
         }
     }

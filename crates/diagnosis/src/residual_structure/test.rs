@@ -31,7 +31,7 @@ pub(crate) enum Kind {
 impl Test {
     /// A test for one cause that the catalogue does not have.
     pub fn of_one_thing(name: &'static str, z: f64, sign_of: Option<String>) -> Self {
-        Self { name, z, limit: SINGLE_CAUSE_LIMIT, sign_of, kind: Kind::Pattern }
+        Self { name, z, limit: SINGLE_CAUSE_LIMIT.get(), sign_of, kind: Kind::Pattern }
     }
 
     /// Its result over its limit.

@@ -18,7 +18,7 @@ use crate::effects::phase_quantisation::{COMMON_ZEROS, steps_in_a_period};
 use crate::fit::joint_fit::Fit;
 use crate::fit::left::Likelihood;
 use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, MOST_IN_A_SET, NO_EFFECT, SPREAD_SPAN};
-use crate::model::effect::{Choice, Search};
+use crate::model::effect::{Choice, Effect, Search};
 use crate::model::observations::{Observations, ObservedScan};
 
 /// Natural logarithm of evidence times prior, less a constant of the observations.
@@ -56,7 +56,8 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
                 .and_then(|block| (block / (spread * spread)).cholesky())
                 .map_or(0.0, |c| c.l().diagonal().iter().map(|d| 2.0 * d.ln()).sum::<f64>());
             // ln det(1 + s² H) is the penalty for the elements' departures; the spread is one more parameter.
-            log += 0.5 * determinant - SPREAD_SPAN.ln() + 0.5 * (PI / values.len() as f64).ln();
+            log +=
+                0.5 * determinant - SPREAD_SPAN.get().ln() + 0.5 * (PI / values.len() as f64).ln();
             continue;
         }
         let parameters = instance.effect.parameters_of(&instance.choice);
@@ -70,10 +71,22 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
         log -= cost_of_freedom(values.len(), size / deviation_ratio);
     }
     log -= cost_of_likeness_of(fit);
-    match fit.instances.len() {
-        0 => log + NO_EFFECT,
-        _ => log - ANOTHER_EFFECT * fit.physical_effects().saturating_sub(1) as f64,
+    log + log_prior(fit.instances.len(), fit.physical_effects())
+}
+
+/// Natural logarithm of the prior of a set of so many effects, of which so many are not defects of the simulator, less a constant.
+fn log_prior(effects: usize, physical: usize) -> f64 {
+    match effects {
+        0 => NO_EFFECT.get(),
+        _ => -ANOTHER_EFFECT.get() * physical.saturating_sub(1) as f64,
     }
+}
+
+/// By how much the prior of a set with one more effect is lower, nats.
+pub(crate) fn cost_of_one_more(fit: &Fit, effect: &dyn Effect) -> f64 {
+    let [effects, physical] = [fit.instances.len(), fit.physical_effects()];
+    let with_it = physical + usize::from(!effect.is_defect());
+    log_prior(effects, physical) - log_prior(effects + 1, with_it)
 }
 
 /// That of a fit; departures of single elements are left out.
@@ -110,7 +123,7 @@ pub(crate) fn cost_of_freedom(parameters: usize, size: f64) -> f64 {
         2 => TAU,
         _ => 4.0 * PI,
     };
-    (p * size.max(1.0).ln() + (EFFECT_SIZE_SPAN * sphere).ln() - 0.5 * p * TAU.ln()).max(0.0)
+    (p * size.max(1.0).ln() + (EFFECT_SIZE_SPAN.get() * sphere).ln() - 0.5 * p * TAU.ln()).max(0.0)
 }
 
 /// The penalty, nats, for a choice among elements or steps.

@@ -1,6 +1,7 @@
 //! Sets of effects, each extended by every effect that it does not hold yet.
 
 use fieldgap_acoustics::least_squares::Stopping;
+use rayon::iter::Either;
 use rayon::prelude::*;
 
 use crate::effect_id::EffectId;
@@ -19,9 +20,9 @@ use crate::limits::{
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
 use crate::model::observations::Observations;
-use crate::selection::evidence::{cost_of_freedom, log_evidence};
+use crate::selection::evidence::{cost_of_freedom, cost_of_one_more, log_evidence};
 use crate::selection::quick_scores::QuickScores;
-use crate::selection::scored_model::{ScoredModel, is_near};
+use crate::selection::scored_model::{ScoredModel, is_near, sorted_ids};
 use crate::selection::starts::{Beginning, beginnings, extended};
 
 /// When a fit to few readings stops, and when the first fit from one of several starts stops.
@@ -37,6 +38,17 @@ pub(crate) struct Extension {
     pub fitted: Vec<ScoredModel>,
     /// Sorted ids of the sets that were rejected.
     pub given_up: Vec<Vec<EffectId>>,
+    /// Sets whose further effect these readings cannot show.
+    pub unseen: Vec<Unseen>,
+}
+
+/// A set of which the readings cannot show one effect: by their slopes it gains less than its parameters cost.
+#[derive(Debug, Clone)]
+pub(crate) struct Unseen {
+    /// Sorted ids of the other effects.
+    pub of: Vec<EffectId>,
+    /// Evidence over that of the others alone, nats.
+    pub nats: f64,
 }
 
 /// One set extended by one effect.
@@ -71,6 +83,11 @@ impl Extension {
                 Base { asks_for_stray_waves, ..base }
             })
             .collect();
+        let (sets, unseen): (Vec<_>, Vec<_>) =
+            sets.into_par_iter().partition_map(|set| match bases[set.number].unseen(&set) {
+                Some(unseen) => Either::Right(unseen),
+                None => Either::Left(set),
+            });
         let rough: Vec<(Extended, Fit)> = sets
             .into_par_iter()
             .filter_map(|set| {
@@ -95,7 +112,7 @@ impl Extension {
         best_first.sort_by(|a, b| b.total_cmp(a));
         // Far from the readings all sets but one are far behind, but another may become the best with the next effect.
         let Some(kept_anyway) = best_first.get(KEPT_IN_ANY_CASE - 1).or(best_first.last()) else {
-            return Self { fitted: Vec::new(), given_up: Vec::new() };
+            return Self { fitted: Vec::new(), given_up: Vec::new(), unseen };
         };
         let least = kept_anyway.min(best_first[0] - GIVEN_UP);
         let (kept, given_up): (Vec<_>, Vec<_>) =
@@ -111,13 +128,14 @@ impl Extension {
         let all = frontier.iter().chain(fitted.iter().map(|(scored, _)| scored));
         let best = all.map(|scored| scored.log_evidence).fold(f64::NEG_INFINITY, f64::max);
         let at_minimum = |(scored, adds_nothing): (ScoredModel, bool)| {
-            if adds_nothing || scored.log_evidence <= best - RIVALS {
+            if adds_nothing || scored.log_evidence <= best - RIVALS.get() {
                 return scored;
             }
             ScoredModel::of(refined(scored.fit, observations, context, SEARCH, &[]), observations)
         };
         let fitted = fitted.into_par_iter().map(at_minimum).collect();
-        Self { fitted, given_up: given_up.into_iter().map(|((set, _), _)| set.ids).collect() }
+        let given_up = given_up.into_iter().map(|((set, _), _)| set.ids).collect();
+        Self { fitted, given_up, unseen }
     }
 }
 
@@ -209,7 +227,18 @@ impl<'o> Base<'o> {
         !is_of_elements || !self.scored.fit.instances.iter().any(is_random)
     }
 
-    /// The best fit with one more effect, to few readings; `None` if the effect is not expected to gain enough.
+    /// The set with one more effect, if these readings cannot show it. Far from them the score statistic is unreliable.
+    fn unseen(&self, set: &Extended) -> Option<Unseen> {
+        let gained =
+            if self.near { expected_nats(&self.scores, set.effect) } else { f64::INFINITY };
+        let fit = &self.scored.fit;
+        (gained < LEAST_EXPECTED_NATS.get()).then(|| Unseen {
+            of: sorted_ids(fit),
+            nats: gained - cost_of_one_more(fit, set.effect),
+        })
+    }
+
+    /// The best fit with one more effect, to few readings; `None` if none of its starts gains enough.
     fn coarse_fit(
         &self,
         effect: &'static dyn Effect,
@@ -222,10 +251,6 @@ impl<'o> Base<'o> {
         }
         if matches!(effect.search(), Search::Walls | Search::Objects) && !self.asks_for_stray_waves
         {
-            return None;
-        }
-        // Far from the readings the score statistic is unreliable, so every effect is fitted.
-        if self.near && expected_nats(&self.scores, effect) < LEAST_EXPECTED_NATS {
             return None;
         }
         let before = &self.scored.fit;

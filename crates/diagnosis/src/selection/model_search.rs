@@ -13,7 +13,7 @@ use crate::limits::{
 };
 use crate::model::effect::{Choice, Context, PerElement, Search};
 use crate::model::observations::Observations;
-use crate::selection::extension::Extension;
+use crate::selection::extension::{Extension, Unseen};
 use crate::selection::scored_model::{ScoredModel, believed, best_first, is_near, sorted_ids};
 use crate::selection::starts::extended;
 
@@ -23,6 +23,8 @@ pub(crate) struct ModelSearch {
     pub scored: Vec<ScoredModel>,
     /// Sorted ids of the sets that were rejected.
     given_up: Vec<Vec<EffectId>>,
+    /// Sets of which these readings cannot show one effect.
+    unseen: Vec<Unseen>,
     /// Whether the noise was judged from the residual of a fit.
     noise_is_settled: bool,
     /// Sorted ids of the sets whose laws were chosen on these readings, and the choices of the best set at that time.
@@ -33,8 +35,8 @@ impl ModelSearch {
     /// Searches from the believed set-up.
     pub fn begin(observations: &Observations, context: &Context) -> Self {
         let scored = vec![believed(observations, context)];
-        let (given_up, laws_chosen) = Default::default();
-        let mut search = Self { scored, given_up, noise_is_settled: false, laws_chosen };
+        let (given_up, unseen, laws_chosen) = Default::default();
+        let mut search = Self { scored, given_up, unseen, noise_is_settled: false, laws_chosen };
         let size = search.mend_simulator(observations, context);
         search.go_on(size, observations, context);
         search
@@ -47,7 +49,7 @@ impl ModelSearch {
 
     /// Fits the sets that are near the best to all readings, after a search on some of them.
     pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
-        let Self { mut scored, mut given_up, .. } = self;
+        let Self { mut scored, mut given_up, unseen, .. } = self;
         sort(&mut scored);
         let (hopeful, hopeless) = by_hope(scored, usize::MAX);
         given_up.extend(hopeless.iter().map(|scored| sorted_ids(&scored.fit)));
@@ -62,7 +64,7 @@ impl ModelSearch {
         };
         let hopeful: Vec<ScoredModel> =
             hopeful.iter().filter(worth_more_than_its_parts).cloned().collect();
-        Self { given_up, ..Self::fitted_to(hopeful, observations, context) }
+        Self { given_up, unseen, ..Self::fitted_to(hopeful, observations, context) }
     }
 
     /// Of sets that were fitted before to other readings of these scans, without a search for others.
@@ -78,8 +80,8 @@ impl ModelSearch {
             })
             .collect();
         sort(&mut scored);
-        let (given_up, laws_chosen) = Default::default();
-        let mut search = Self { scored, given_up, noise_is_settled: true, laws_chosen };
+        let (given_up, unseen, laws_chosen) = Default::default();
+        let mut search = Self { scored, given_up, unseen, noise_is_settled: true, laws_chosen };
         search.leave_out_immaterial_sets(observations);
         search
     }
@@ -89,6 +91,9 @@ impl ModelSearch {
         let mut found = self.scored.clone();
         for scored in found.iter_mut().take(MOST_RIVALS) {
             *scored = scored.clone().by_what_each_explains(&self.scored);
+        }
+        for scored in &mut found {
+            scored.unseen = self.unseen_beside(&scored.fit);
         }
         found
     }
@@ -114,7 +119,7 @@ impl ModelSearch {
         }
         let chosen = &self.laws_chosen.0;
         let matters = |scored: &&mut ScoredModel| {
-            let near = scored.log_evidence > best.log_evidence - RIVALS;
+            let near = scored.log_evidence > best.log_evidence - RIVALS.get();
             (near || holds_all(&best.fit, &scored.fit))
                 && !chosen.contains(&sorted_ids(&scored.fit))
         };
@@ -205,7 +210,8 @@ impl ModelSearch {
             }
             frontier.truncate(if near || effects < 2 { SINGLES_EXTENDED } else { SETS_EXTENDED });
             // Far from the readings every set is far behind, and any may become the best with the next effect.
-            frontier.retain(|scored| !near || scored.log_evidence >= best.log_evidence - RIVALS);
+            frontier
+                .retain(|scored| !near || scored.log_evidence >= best.log_evidence - RIVALS.get());
             let before = best_log_evidence(&self.scored);
             let mut grown = self.extend(&frontier, self.known(), observations, context);
             self.scored.extend(grown.iter().cloned());
@@ -301,6 +307,13 @@ impl ModelSearch {
         scored.chain(self.given_up.iter().cloned()).collect()
     }
 
+    /// Evidence for one more effect than these, any of those that the readings cannot show, over that for these alone.
+    fn unseen_beside(&self, fit: &Fit) -> f64 {
+        let of = sorted_ids(fit);
+        let unseen = self.unseen.iter().filter(|unseen| unseen.of == of);
+        unseen.map(|unseen| unseen.nats.exp()).sum()
+    }
+
     /// Every new set that extends one of these by one effect and is worth a fit.
     fn extend(
         &mut self,
@@ -309,9 +322,13 @@ impl ModelSearch {
         observations: &Observations,
         context: &Context,
     ) -> Vec<ScoredModel> {
-        let Extension { fitted, given_up } =
+        let Extension { fitted, given_up, unseen } =
             Extension::of(frontier, known, self.noise_is_settled, observations, context);
         self.given_up.extend(given_up);
+        // More readings may show what fewer could not.
+        let again = |ids: &Vec<EffectId>| frontier.iter().any(|set| sorted_ids(&set.fit) == *ids);
+        self.unseen.retain(|earlier| !again(&earlier.of));
+        self.unseen.extend(unseen);
         fitted
     }
 }
@@ -320,7 +337,7 @@ impl ModelSearch {
 ///
 /// Parts of the sets near the best are kept too: some effects only compensate for a misjudged noise.
 fn by_hope(scored: Vec<ScoredModel>, most: usize) -> (Vec<ScoredModel>, Vec<ScoredModel>) {
-    let least = scored[0].log_evidence - RIVALS;
+    let least = scored[0].log_evidence - RIVALS.get();
     let hopeful: Vec<Vec<EffectId>> = scored
         .iter()
         .enumerate()
@@ -347,7 +364,7 @@ fn explains_more(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
     let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_shifts);
     let material = match gap > VERY_LARGE * n {
         true => smaller_cost.max(n) - larger_cost.max(n) > MATERIAL_OF_VERY_LARGE * gap,
-        false => smaller_cost - larger_cost > MATERIAL * gap,
+        false => smaller_cost - larger_cost > MATERIAL.get() * gap,
     };
     let departures = |fit: &Fit| {
         fit.instances.iter().filter(|instance| instance.effect.search() == Search::Random).count()
@@ -382,15 +399,15 @@ mod tests {
         nuisance.shift_m.x = shift_m;
         let instances = id.map(instance).into_iter().collect();
         let fit = Fit { instances, cost, ..Fit::of_nothing(vec![nuisance]) };
-        ScoredModel { fit, log_evidence: -0.5 * cost }
+        ScoredModel { fit, log_evidence: -0.5 * cost, unseen: 0.0 }
     }
 
     /// Otherwise a good set would seem immaterial beside the large cost of a failed fit.
     #[test]
     fn a_fit_that_went_astray_makes_no_gap() {
         let scored = vec![scored(None, 1000.0, 0.0), scored(Some(EffectId::Aperture), 1e9, 0.0)];
-        let (given_up, laws_chosen) = Default::default();
-        let search = ModelSearch { scored, given_up, noise_is_settled: false, laws_chosen };
+        let (given_up, unseen, laws_chosen) = Default::default();
+        let search = ModelSearch { scored, given_up, unseen, noise_is_settled: false, laws_chosen };
         assert_eq!(search.gap(100.0), 900.0);
     }
 

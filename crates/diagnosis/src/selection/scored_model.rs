@@ -11,12 +11,12 @@ use crate::selection::evidence::log_evidence;
 
 /// Whether a fit leaves little more than noise and its own scatter.
 pub(crate) fn is_near(fit: &Fit, observations: &Observations) -> bool {
-    fit.chi_square < NEAR * observations.len() as f64
+    fit.chi_square < NEAR.get() * observations.len() as f64
 }
 
 /// Whether a fit leaves little more than noise, so that it tells the noise: one with a larger scatter of its own does not.
 pub(crate) fn leaves_noise(fit: &Fit, observations: &Observations) -> bool {
-    fit.cost < NEAR * observations.len() as f64
+    fit.cost < NEAR.get() * observations.len() as f64
 }
 
 /// A set of effects as it was fitted, with the logarithm of its evidence.
@@ -24,11 +24,13 @@ pub(crate) fn leaves_noise(fit: &Fit, observations: &Observations) -> bool {
 pub(crate) struct ScoredModel {
     pub fit: Fit,
     pub log_evidence: f64,
+    /// Evidence for one more effect, any of those that these readings cannot show, over the evidence for the set alone.
+    pub unseen: f64,
 }
 
 impl ScoredModel {
     pub fn of(fit: Fit, observations: &Observations) -> Self {
-        Self { log_evidence: log_evidence(&fit, observations), fit }
+        Self { log_evidence: log_evidence(&fit, observations), fit, unseen: 0.0 }
     }
 }
 

@@ -34,6 +34,10 @@ const STEPS: usize = 3;
 /// a scan of 70 mm.
 const DIRECTIONS: usize = 72;
 
+/// Steps of a wall's lean towards the field, each as wide as one of its azimuth: up to 30 degrees. Beyond that it is more a ceiling than a wall, and one that
+/// leans away from the array sends the sound past the field.
+const LEANS: u8 = 6;
+
 /// Steps between places of an object, across and up, m: half the resolution of a scan there.
 const OBJECT_STEPS_M: [f64; 3] = [4e-3, 4e-3, 5e-3];
 
@@ -68,7 +72,7 @@ impl QuickScores<'_> {
         worth_a_fit(all.collect(), ways.ln() - START_SHORT_BY, PLANES)
     }
 
-    /// The upright walls that explain most, as a fit works on them.
+    /// The walls, upright or leaning, that explain most, as a fit works on them.
     pub fn walls(&self, context: &Context) -> Vec<Vec<f64>> {
         let step_m = 0.5 * wavelength_m(context);
         let stride = self.stride_of_waves();
@@ -76,16 +80,17 @@ impl QuickScores<'_> {
         let elements_m = context.believed.array.elements().iter().map(|element| element.centre_m);
         let places_m: Vec<Vec3> =
             elements_m.chain(self.each_drive(1).into_iter().flat_map(|(_, at_m)| at_m)).collect();
-        let upright = |azimuth_rad: f64, distance_m: f64| {
-            let (sin, cos) = azimuth_rad.sin_cos();
-            Mirror { normal: Vec3::new(cos, sin, 0.0), distance_m }
-        };
+        let turn_rad = TAU / DIRECTIONS as f64;
+        let leans = (0..=LEANS).map(|lean| turn_rad * f64::from(lean));
+        let directions: Vec<[f64; 2]> = leans
+            .flat_map(|lean_rad| (0..DIRECTIONS).map(move |n| [turn_rad * n as f64, lean_rad]))
+            .collect();
         let count = (FARTHEST_WALL_M / step_m) as usize;
-        let ways = (DIRECTIONS * count) as f64;
+        let ways = (directions.len() * count) as f64;
         let drives = self.each_drive(stride);
-        let of_direction = |n: usize| {
-            let azimuth_rad = TAU * n as f64 / DIRECTIONS as f64;
-            let normal = upright(azimuth_rad, 0.0).normal;
+        let of_direction = |direction: [f64; 2]| {
+            let facing = |distance_m: f64| Wall::facing(direction, distance_m);
+            let normal = facing(0.0).normal;
             // A wall does not cut through what was measured.
             let nearest_m = places_m.iter().map(|at_m| normal.dot(at_m)).fold(0.0, f64::max);
             let distances_m: Vec<f64> =
@@ -93,7 +98,7 @@ impl QuickScores<'_> {
             // The field of the images is that of the array at the images of the places, but for the receiver's directivity.
             let images_m: Vec<Vec<Vec3>> = (drives.iter())
                 .map(|(_, places_m)| {
-                    let mirrors = distances_m.iter().map(|at_m| upright(azimuth_rad, *at_m));
+                    let mirrors = distances_m.iter().map(|at_m| facing(*at_m));
                     let of_wall =
                         |mirror: Mirror| places_m.iter().map(move |at_m| mirror.of_place(at_m));
                     mirrors.flat_map(of_wall).collect()
@@ -109,16 +114,16 @@ impl QuickScores<'_> {
                     mirrored.extend_from_slice(&fields[first..first + places_m.len()]);
                     before += count * places_m.len();
                 }
-                (-Descent::of(&still, &mirrored).expected_fall(), (azimuth_rad, distance_m))
+                (-Descent::of(&still, &mirrored).expected_fall(), (direction, distance_m))
             };
             distances_m.into_iter().enumerate().map(of_wall).collect::<Vec<_>>()
         };
-        let quick: Vec<_> = (0..DIRECTIONS).into_par_iter().flat_map_iter(of_direction).collect();
-        let finest = best_of(quick, 2 * PLANES).into_iter().map(|(azimuth_rad, distance_m)| {
-            let images = self.images(self.stride, &upright(azimuth_rad, distance_m));
+        let quick: Vec<_> = directions.into_par_iter().flat_map_iter(of_direction).collect();
+        let finest = best_of(quick, 2 * PLANES).into_iter().map(|(direction, distance_m)| {
+            let images = self.images(self.stride, &Wall::facing(direction, distance_m));
             let (fall, coefficient) = self.solved(self.stride, &images);
             let scaled = self.stride as f64 * fall;
-            (-scaled, Wall::upright(azimuth_rad, distance_m, coefficient, context))
+            (-scaled, Wall::returning(direction, distance_m, coefficient, context))
         });
         worth_a_fit(finest.collect(), ways.ln() + BEYOND_CHANCE, WALLS)
     }
@@ -349,8 +354,8 @@ mod tests {
     /// Of two drives with different places.
     #[test]
     fn the_search_for_walls_begins_near_the_one_that_is_there() {
-        const AZIMUTH_RAD: f64 = 0.7;
         const DISTANCE_M: f64 = 0.14;
+        let direction = [0.7, 0.35];
         let bench = Bench::new();
         let places = |count: u32, z_m: f64| -> Vec<Vec3> {
             let at = |n: u32| Vec3::new(f64::from(n % 20) - 9.5, f64::from(n / 20) - 4.5, 0.0);
@@ -360,7 +365,7 @@ mod tests {
         let mut observations = bench
             .observations(&[(focused, places(200, 0.1)), (Excitation::Uniform, places(120, 0.13))]);
         let coefficient = Complex64::from(0.4);
-        let wall = Wall::upright(AZIMUTH_RAD, DISTANCE_M, coefficient, &bench.context);
+        let wall = Wall::returning(direction, DISTANCE_M, coefficient, &bench.context);
         let model = bench.model(EffectId::Wall, &wall);
         let mut readings = model.expected_readings(&observations, &[nuisance()]).into_iter();
         let scan = &mut observations.scans[0];
@@ -372,7 +377,9 @@ mod tests {
         let fit = Fit::of_nothing(vec![nuisance()]);
         let found = QuickScores::of(&fit, &observations, &bench.context).walls(&bench.context);
         let best = &found[0];
-        assert!((best[0] - AZIMUTH_RAD).abs() < TAU / DIRECTIONS as f64, "{found:?}");
+        for (found_rad, truly_rad) in best.iter().zip(direction) {
+            assert!((found_rad - truly_rad).abs() < TAU / DIRECTIONS as f64, "{found:?}");
+        }
         let half_wavelength_mm = 500.0 * wavelength_m(&bench.context);
         assert!((best[2] - 1e3 * DISTANCE_M).abs() < half_wavelength_mm, "{found:?}");
     }

@@ -60,7 +60,7 @@ impl Default for Scatter {
 
 /// Prior of a part of the noise that usually is of this size, in nats.
 pub(crate) fn against_unusual(part: f64, usual: f64) -> f64 {
-    0.5 * ((part / usual).ln() / USUAL_NOISE_WITHIN).powi(2)
+    0.5 * ((part / usual).ln() / USUAL_NOISE_WITHIN.get()).powi(2)
 }
 
 impl Scatter {
@@ -106,7 +106,7 @@ impl Scatter {
             let all = causes.iter().map(|cause| self.against(fluctuation, *cause));
             all.fold(f64::INFINITY, f64::min)
         };
-        while most < TO && against(most) < FLUCTUATION_SHOWN {
+        while most < TO && against(most) < FLUCTUATION_SHOWN.get() {
             most *= FACTOR;
         }
         most

@@ -95,7 +95,7 @@ impl Judged {
         let rivals = judgement.named.iter().map(|number| number + 1).collect();
         let probability = support(&held, scored, &judgement.probabilities);
         let structure = ResidualStructure::of(&part, observations, context);
-        let part = ScoredModel { fit: part, ..scored[0] };
+        let part = ScoredModel { fit: part, unseen: 0.0, ..scored[0] };
         self.scored.insert(0, part);
         self.judgement.probabilities.insert(0, probability);
         let judgement = Judgement {
@@ -122,6 +122,6 @@ fn believed_of(
 /// The effects of the best set that are in almost every likely set.
 fn in_all_likely(scored: &[ScoredModel], probabilities: &[f64]) -> Vec<EffectId> {
     let mut held = scored[0].fit.ids();
-    held.retain(|id| support(&[*id], scored, probabilities) >= CERTAIN);
+    held.retain(|id| support(&[*id], scored, probabilities) >= CERTAIN.get());
     held
 }

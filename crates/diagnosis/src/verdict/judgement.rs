@@ -20,7 +20,7 @@ pub(crate) struct Judgement {
     pub named: Vec<usize>,
     /// How many rivals there are, those included that are not named.
     pub rivals: usize,
-    /// Probability of each scored set.
+    /// Probability of each scored set, and of those with one more effect that the readings cannot show.
     pub probabilities: Vec<f64>,
     /// Whether several effects fit, but are not named because the gap is faint.
     pub too_faint: bool,
@@ -62,7 +62,7 @@ pub(crate) fn judge(
     }
     let named = |verdict, named: Vec<usize>| {
         let several = named.iter().all(|&number| has_several_causes(&scored[number]));
-        if several && believed.fit.cost - scored[0].fit.cost.min(n) < FAINT * n {
+        if several && believed.fit.cost - scored[0].fit.cost.min(n) < FAINT.get() * n {
             return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
         }
         judgement(verdict, named)
@@ -106,12 +106,12 @@ fn is_structured(
     let residual = excess(best.cost).max(in_slow_patterns(observations, &of_best.residuals));
     let share = residual / excess(believed.fit.cost);
     let many = best.physical_effects() > 2 || best.instances.len() > 1 && residual > 0.5 * n;
-    let imitates = many && share > MATERIAL;
+    let imitates = many && share > MATERIAL.get();
     // Of a gap within the noise no share is small.
     let residual_share = if believed.fit.cost > LARGE * n && !imitates { share } else { 1.0 };
     of_best.tests.iter().filter(|test| test.fails()).any(|test: &Test| match test.kind {
         Kind::NoFlaw => true,
-        Kind::Pattern => residual_share > RESIDUAL_SHARE,
+        Kind::Pattern => residual_share > RESIDUAL_SHARE.get(),
         Kind::Converter => test.z * test.z * n > ROUNDING_SHARE * excess(believed.fit.cost),
     })
 }
@@ -130,8 +130,8 @@ fn certain_set(scored: &[ScoredModel], probabilities: &[f64]) -> Option<usize> {
     let support = |number: usize| support(&scored[number].fit.ids(), scored, probabilities);
     (0..scored.len())
         .filter(|number| !scored[*number].fit.instances.is_empty())
-        .filter(|number| probabilities[*number] >= SUFFICES_ALONE)
-        .filter(|number| support(*number) >= CERTAIN)
+        .filter(|number| probabilities[*number] >= SUFFICES_ALONE.get())
+        .filter(|number| support(*number) >= CERTAIN.get())
         .max_by_key(|number| scored[*number].fit.instances.len())
 }
 
@@ -156,7 +156,7 @@ fn rivals(scored: &[ScoredModel], probabilities: &[f64]) -> Vec<usize> {
             rivals.push(number);
         }
         together += probabilities[number];
-        if together >= CERTAIN {
+        if together >= CERTAIN.get() {
             break;
         }
     }
@@ -184,7 +184,8 @@ fn common_part(scored: &[ScoredModel], rivals: &[usize], gap: f64) -> Option<usi
 /// Evidence over the sum of all evidence.
 fn probabilities(scored: &[ScoredModel]) -> Vec<f64> {
     let best = scored[0].log_evidence;
-    let weights: Vec<f64> = scored.iter().map(|t| (t.log_evidence - best).exp()).collect();
+    let weight = |set: &ScoredModel| (1.0 + set.unseen) * (set.log_evidence - best).exp();
+    let weights: Vec<f64> = scored.iter().map(weight).collect();
     let sum: f64 = weights.iter().sum();
     weights.into_iter().map(|weight| weight / sum).collect()
 }
@@ -201,7 +202,7 @@ mod tests {
         let instance = |id: EffectId| Instance { effect: effect(id), choice: Choice::None };
         let instances = ids.iter().copied().map(instance).collect();
         let fit = Fit { instances, cost, ..Fit::of_nothing(Vec::new()) };
-        ScoredModel { fit, log_evidence: -0.5 * cost }
+        ScoredModel { fit, log_evidence: -0.5 * cost, unseen: 0.0 }
     }
 
     #[test]

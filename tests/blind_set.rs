@@ -52,3 +52,39 @@ fn a_set_is_made_scored_and_refused_after_a_change() {
     let (good, _, error) = blind(&["make", "--count", "1", set_name]);
     assert!(!good && error.contains("is not empty"), "{error}");
 }
+
+/// Diagnoses that are there from a run that was stopped are kept; the others are made.
+#[test]
+fn limits_are_halved_and_doubled() {
+    let home = tempfile::tempdir().expect("a folder");
+    let set = home.path().join("set");
+    let name = set.to_str().expect("text");
+    let shares = ["--seed", "3", "--none", "1", "--pairs", "0", "--outside", "0"];
+    let (good, _, error) = blind(&[&["make", "--count", "1"][..], &shares, &[name]].concat());
+    assert!(good, "{error}");
+    for (folder, verdict) in [("as-it-is", "none"), ("pattern-limit-halved", "unexplained")] {
+        let folder = set.join("varied").join(folder);
+        std::fs::create_dir_all(&folder).expect("made");
+        let diagnosis = format!(r#"{{"verdict":"{verdict}"}}"#);
+        std::fs::write(folder.join("0000.json"), diagnosis).expect("written");
+    }
+    let (good, said, error) = blind(&["vary", name, "--limits", "pattern-limit"]);
+    assert!(good, "{error}");
+    let made = read(&set.join("varied/pattern-limit-doubled/0000.json"));
+    assert!(made.contains(r#""verdict":"none""#), "{made}");
+    insta::assert_snapshot!(said, @"
+    1 scans, with every limit as it is:
+
+      A  no effect: false alarms                                                0 of 1
+
+    limit                      usual    varied  changed        A
+    pattern-limit                  4         2        1       +1
+    pattern-limit                  4         8        0        0
+
+    changed: scans with another verdict, or for which other causes are named. Under each letter: by how many scans its count moves,
+    or the new count where it is of another number of scans.
+    ");
+
+    let (good, _, error) = blind(&["vary", name, "--limits", "patience"]);
+    assert!(!good && error.contains("no limit of the diagnosis has the name `patience`"), "{error}");
+}

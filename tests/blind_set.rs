@@ -86,5 +86,8 @@ fn limits_are_halved_and_doubled() {
     ");
 
     let (good, _, error) = blind(&["vary", name, "--limits", "patience"]);
-    assert!(!good && error.contains("no limit of the diagnosis has the name `patience`"), "{error}");
+    assert!(
+        !good && error.contains("no limit of the diagnosis has the name `patience`"),
+        "{error}"
+    );
 }

@@ -244,7 +244,7 @@ pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
 /// How far beside what was measured a wall is looked for, m. Set by judgement.
 pub(crate) const FARTHEST_WALL_M: f64 = 0.2;
 
-/// Pairs of reading and element on which walls and objects are compared first, and the readings at least. Set by judgement.
+/// Pairs of reading and spherical wave on which walls and objects are compared first, and the readings at least. Set by judgement.
 pub(crate) const PAIRS_OF_STRAY_WAVES: usize = 6000;
 pub(crate) const FEWEST_OF_STRAY_WAVES: usize = 60;
 

@@ -337,6 +337,16 @@ impl<'c> ForwardModel<'c> {
         !self.effects().any(turns)
     }
 
+    /// How many spherical waves make up the field: one of each element, or one of each patch of a face.
+    pub fn waves_of_all(&self, context: &Context) -> usize {
+        let believed = &context.believed;
+        let (transducer, wavenumber) =
+            (self.radiation(believed).transducer, self.wavenumber_rad_m(believed));
+        let elements = believed.array.elements();
+        let of_one = |radius_m: f64| transducer.patches(radius_m, wavenumber).len();
+        elements.first().map_or(0, |element| elements.len() * of_one(element.radius_m))
+    }
+
     /// The field of the elements at points of each of these drives of one scan.
     pub fn fields<'d>(
         &'d self,

@@ -75,7 +75,7 @@ impl QuickScores<'_> {
     /// The walls, upright or leaning, that explain most, as a fit works on them.
     pub fn walls(&self, context: &Context) -> Vec<Vec<f64>> {
         let step_m = 0.5 * wavelength_m(context);
-        let stride = self.stride_of_waves();
+        let stride = self.stride_of_waves(context);
         let still = self.slopes(stride, &[], Complex64::ZERO);
         let elements_m = context.believed.array.elements().iter().map(|element| element.centre_m);
         let places_m: Vec<Vec3> =
@@ -130,7 +130,7 @@ impl QuickScores<'_> {
 
     /// The places of objects that explain most, as a fit works on them.
     pub fn objects(&self, context: &Context) -> Vec<Vec<f64>> {
-        let stride = self.stride_of_waves();
+        let stride = self.stride_of_waves(context);
         let still = self.slopes(stride, &[], Complex64::ZERO);
         let places_m = self.places_of_objects();
         let ways = places_m.len() as f64;
@@ -199,8 +199,8 @@ impl QuickScores<'_> {
     }
 
     /// One reading in this many for the first comparison.
-    fn stride_of_waves(&self) -> usize {
-        let readings = PAIRS_OF_STRAY_WAVES / self.observations.elements();
+    fn stride_of_waves(&self, context: &Context) -> usize {
+        let readings = PAIRS_OF_STRAY_WAVES / self.model.waves_of_all(context).max(1);
         (self.observations.len() / readings.max(FEWEST_OF_STRAY_WAVES)).max(1)
     }
 

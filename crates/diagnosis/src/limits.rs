@@ -242,7 +242,7 @@ pub(crate) const START_SHORT_BY: f64 = 4.0;
 pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
 
 /// How far beside what was measured a wall is looked for, m. Set by judgement.
-pub(crate) const FARTHEST_WALL_M: f64 = 0.2;
+pub(crate) const FARTHEST_WALL_M: f64 = 0.15;
 
 /// Pairs of reading and spherical wave on which walls and objects are compared first, and the readings at least. Set by judgement.
 pub(crate) const PAIRS_OF_STRAY_WAVES: usize = 6000;

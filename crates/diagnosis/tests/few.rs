@@ -401,7 +401,7 @@ fn first_looks(seeds: u64) {
 
 #[test]
 fn a_first_look_names_the_lobes_or_says_what_else_it_may_be() {
-    first_looks(3);
+    first_looks(2);
 }
 
 #[test]

@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The rooms and single files of the crate; each uses only those before it.
-const ORDER: [&str; 21] = [
+const ORDER: [&str; 22] = [
     "effect_id",
     "fitted_parameter",
     "remedy",
     "result",
+    "decisive_limit",
     "limits",
     "statistics",
     "model",

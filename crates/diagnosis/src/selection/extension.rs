@@ -369,6 +369,7 @@ mod tests {
     use crate::effect_id::EffectId;
     use crate::effects::effect;
     use crate::effects::testing::{Bench, nuisance};
+    use crate::limits::NO_EFFECT;
     use crate::model::forward_model::ForwardModel;
     use crate::selection::scored_model::believed;
 
@@ -415,6 +416,22 @@ mod tests {
             let left = ScoredModel::of(again, &observations).log_evidence - found.log_evidence;
             assert!(!acts || left < 0.1, "{ratio}: {left}");
         }
+    }
+
+    /// Of an effect of one number that gains nothing the prior leaves one part in six, e^-1.85, beside that of an effect.
+    #[test]
+    fn an_effect_that_cannot_be_seen_keeps_what_its_prior_leaves_it() {
+        let bench = Bench::new();
+        let observations = observations(&bench, &bench.model(EffectId::Pitch, &[1.0]));
+        let base = [believed(&observations, &bench.context)];
+        let tried = Some([EffectId::Pitch].into());
+        let context = Context { tried, ..bench.context.clone() };
+        let Extension { fitted, unseen, .. } =
+            Extension::of(&base, vec![], true, &observations, &context);
+        let [Unseen { of, nats }] = unseen.as_slice() else { panic!("{unseen:?}") };
+        assert!(fitted.is_empty() && of.is_empty());
+        let prior = -NO_EFFECT.get();
+        assert!((prior - 1.86..prior + LEAST_EXPECTED_NATS.get()).contains(nats), "{nats}");
     }
 
     /// A fit of unequal elements takes it for one that departs by all of its amplitude, and the others for as unequal.

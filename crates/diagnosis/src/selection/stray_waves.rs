@@ -34,9 +34,9 @@ const STEPS: usize = 3;
 /// a scan of 70 mm.
 const DIRECTIONS: usize = 72;
 
-/// Steps of a wall's lean towards the field, each as wide as one of its azimuth: up to 30 degrees. Beyond that it is more a ceiling than a wall, and one that
-/// leans away from the array sends the sound past the field.
-const LEANS: u8 = 6;
+/// Steps of a wall's lean towards the field, each as wide as one of its azimuth: up to 20 degrees. One that leans away from the array sends the sound past
+/// the field.
+const LEANS: u8 = 4;
 
 /// Steps between places of an object, across and up, m: half the resolution of a scan there.
 const OBJECT_STEPS_M: [f64; 3] = [4e-3, 4e-3, 5e-3];
@@ -81,8 +81,8 @@ impl QuickScores<'_> {
         let places_m: Vec<Vec3> =
             elements_m.chain(self.each_drive(1).into_iter().flat_map(|(_, at_m)| at_m)).collect();
         let turn_rad = TAU / DIRECTIONS as f64;
-        let leans = (0..=LEANS).map(|lean| turn_rad * f64::from(lean));
-        let directions: Vec<[f64; 2]> = leans
+        let directions: Vec<[f64; 2]> = (0..=LEANS)
+            .map(|lean| turn_rad * f64::from(lean))
             .flat_map(|lean_rad| (0..DIRECTIONS).map(move |n| [turn_rad * n as f64, lean_rad]))
             .collect();
         let count = (FARTHEST_WALL_M / step_m) as usize;
@@ -348,14 +348,18 @@ mod tests {
 
     use super::*;
     use crate::effect_id::EffectId;
+    use crate::effects::effect;
     use crate::effects::testing::{Bench, nuisance};
-    use crate::fit::joint_fit::Fit;
+    use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
+    use crate::model::effect::Choice;
+    use crate::model::instance::Instance;
 
     /// Of two drives with different places.
     #[test]
-    fn the_search_for_walls_begins_near_the_one_that_is_there() {
+    fn the_search_for_walls_begins_where_a_fit_finds_the_one_that_is_there() {
         const DISTANCE_M: f64 = 0.14;
-        let direction = [0.7, 0.35];
+        // Half way between two leans.
+        let direction = [0.7, 0.305];
         let bench = Bench::new();
         let places = |count: u32, z_m: f64| -> Vec<Vec3> {
             let at = |n: u32| Vec3::new(f64::from(n % 20) - 9.5, f64::from(n / 20) - 4.5, 0.0);
@@ -374,13 +378,25 @@ mod tests {
             drive.stabilised =
                 drive.readings.iter().map(|reading| scan.scale.of(*reading)).collect();
         }
-        let fit = Fit::of_nothing(vec![nuisance()]);
-        let found = QuickScores::of(&fit, &observations, &bench.context).walls(&bench.context);
+        let nothing = Fit::of_nothing(vec![nuisance()]);
+        let found = QuickScores::of(&nothing, &observations, &bench.context).walls(&bench.context);
         let best = &found[0];
+        let step_rad = TAU / DIRECTIONS as f64;
         for (found_rad, truly_rad) in best.iter().zip(direction) {
-            assert!((found_rad - truly_rad).abs() < TAU / DIRECTIONS as f64, "{found:?}");
+            assert!((found_rad - truly_rad).abs() < step_rad, "{found:?}");
         }
-        let half_wavelength_mm = 500.0 * wavelength_m(&bench.context);
-        assert!((best[2] - 1e3 * DISTANCE_M).abs() < half_wavelength_mm, "{found:?}");
+        // Of a wall that leans a little more the distance is a little larger: the fit finds its way from there.
+        let instance = Instance { effect: effect(EffectId::Wall), choice: Choice::None };
+        let start = Start {
+            instances: vec![instance],
+            values: vec![best.clone()],
+            spreads: vec![f64::NAN],
+            nuisance: Some(vec![nuisance()]),
+        };
+        let fitted = &fit(&observations, &bench.context, start, SEARCH).values[0];
+        for (found_rad, truly_rad) in fitted.iter().zip(direction) {
+            assert!((found_rad - truly_rad).abs() < 1e-3, "{found:?} {fitted:?}");
+        }
+        assert!((fitted[2] - 1e3 * DISTANCE_M).abs() < 0.5, "{found:?} {fitted:?}");
     }
 }

@@ -205,6 +205,16 @@ mod tests {
         ScoredModel { fit, log_evidence: -0.5 * cost, unseen: 0.0 }
     }
 
+    /// No effect as likely as four times that of one, and a quarter as likely with any that cannot be seen.
+    #[test]
+    fn what_cannot_be_seen_keeps_its_part_of_the_probability() {
+        let nothing = ScoredModel { unseen: 0.25, ..scored(&[], 0.0) };
+        let lag = scored(&[EffectId::Lag], 2.0 * 4f64.ln());
+        let probabilities = probabilities(&[nothing, lag]);
+        assert!((probabilities[0] - 1.25 / 1.5).abs() < 1e-12, "{probabilities:?}");
+        assert!((probabilities[1] - 0.25 / 1.5).abs() < 1e-12, "{probabilities:?}");
+    }
+
     #[test]
     fn rivals_of_three_effects_are_known_by_what_they_share() {
         let gap = 10_000.0;

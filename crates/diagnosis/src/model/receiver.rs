@@ -150,3 +150,39 @@ impl ForwardModel<'_> {
 fn level(pressure: &Pressure, gain: f64) -> f64 {
     pressure.coherent.norm_sqr().sqrt() * gain
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Vec3;
+
+    use crate::effect_id::EffectId;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::model::forward_model::ForwardModel;
+
+    /// A reading at full scale follows its level no longer, one far below as it would.
+    #[test]
+    fn the_slope_of_a_reading_is_that_by_its_level() {
+        const LOUDER: f64 = 1e-4;
+        let bench = Bench::new();
+        let places = (0..60).map(|n| Vec3::new(1e-3 * f64::from(n), 0.0, 0.1)).collect();
+        let observations = bench.observations(&[(bench.believed().excitation.clone(), places)]);
+        let scan = &observations.scans[0];
+        let believed = ForwardModel::believed();
+        let levels = believed.expected_readings(&observations, &[nuisance()]);
+        let largest = levels.iter().copied().fold(0.0, f64::max);
+        let model = bench.model(EffectId::Clipping, &[0.3 * largest]);
+        let pressures = model.pressures(&observations, &[nuisance()]);
+        let gain = nuisance().log_gain.exp();
+        let mut clipped = 0;
+        for pressure in &pressures[0][0] {
+            let here = model.expected_on_scale(pressure, gain, 0.0, scan);
+            let mut louder = *pressure;
+            louder.coherent *= 1.0 + LOUDER;
+            let there = model.expected_on_scale(&louder, gain, 0.0, scan);
+            let slope = (there.value - here.value) / LOUDER;
+            assert!((here.by_log_level - slope).abs() < 0.01 * slope.abs() + 0.1, "{slope}");
+            clipped += usize::from(slope < 0.1);
+        }
+        assert!((1..pressures[0][0].len()).contains(&clipped), "{clipped}");
+    }
+}

@@ -77,9 +77,9 @@ fn limits_are_halved_and_doubled() {
 
       A  no effect: false alarms                                                0 of 1
 
-    limit                      usual    varied  changed        A
-    pattern-limit                  4         2        1       +1
-    pattern-limit                  4         8        0        0
+    limit                          usual        varied  changed        A
+    pattern-limit                   4.00          2.00        1       +1
+    pattern-limit                   4.00          8.00        0        0
 
     changed: scans with another verdict, or for which other causes are named. Under each letter: by how many scans its count moves,
     or the new count where it is of another number of scans.

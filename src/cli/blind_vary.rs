@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
 
@@ -42,17 +43,18 @@ impl Vary {
         let mut answers = self.sealed.answers()?;
         answers.answers.truncate(self.scans);
         let out = self.out.unwrap_or_else(|| self.sealed.set.join(VARIED));
-        let diagnosed = |folder: &str| -> miette::Result<PathBuf> {
+        let failures = AtomicUsize::new(0);
+        let diagnosed = |folder: &str| {
             let folder = out.join(folder);
-            diagnose_all(&self.sealed.set, &answers, &folder)?;
-            Ok(folder)
+            diagnose_all(&self.sealed.set, &answers, &folder, &failures);
+            folder
         };
-        let mut moves = Moves::from(&answers, &diagnosed("as-it-is")?)?;
+        let mut moves = Moves::from(&answers, &diagnosed("as-it-is"))?;
         for limit in limits {
             let usual = limit.get();
             for (factor, word) in FACTORS {
                 let varied = limit.vary(factor);
-                let folder = diagnosed(&format!("{}-{word}", limit.name()))?;
+                let folder = diagnosed(&format!("{}-{word}", limit.name()));
                 moves.add((limit.name(), usual, limit.get()), &answers, &folder)?;
                 drop(varied);
             }
@@ -61,7 +63,8 @@ impl Vary {
             true => print_json(&moves)?,
             false => print(&moves.to_text())?,
         }
-        Ok(ExitCode::SUCCESS)
+        let failed = failures.into_inner() > 0;
+        Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
     }
 }
 
@@ -83,23 +86,22 @@ fn named(names: &[String]) -> miette::Result<Vec<&'static DecisiveLimit>> {
     names.iter().map(one).collect()
 }
 
-/// Diagnoses the scans of a set that have no diagnosis in this folder yet.
-fn diagnose_all(set: &Path, answers: &Answers, folder: &Path) -> miette::Result<()> {
-    let names = answers.answers.iter().map(|answer| answer.name.clone());
-    let missing = names.filter(|name| !folder.join(format!("{name}.json")).exists());
-    let missing: Vec<String> = missing.collect();
+/// Diagnoses the scans of a set that have no diagnosis in this folder yet, and counts those that fail.
+fn diagnose_all(set: &Path, answers: &Answers, folder: &Path, failures: &AtomicUsize) {
     let run = Run { folder: set.to_owned(), diagnoses: folder.to_owned(), only: Vec::new() };
+    let names = answers.answers.iter().map(|answer| answer.name.clone());
+    let missing = run.not_diagnosed(names.collect());
     let bar = counting_bar(missing.len(), "scans diagnosed");
     run.each(
         &missing,
         |scans| diagnose(scans, None),
         |done| {
             if let Err(error) = done {
+                failures.fetch_add(1, Ordering::Relaxed);
                 bar.suspend(|| report_error(&miette::Report::new(error)));
             }
             bar.inc(1);
         },
     );
     bar.finish_and_clear();
-    Ok(())
 }

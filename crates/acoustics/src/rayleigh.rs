@@ -179,14 +179,14 @@ impl Piston {
         const NEAREST_M: f64 = 1e-9;
         // No patch is farther from the point than the centre by more than a radius.
         let turns_little = wavenumber_rad_m * self.radius_m <= MOST_TURN_RAD;
-        let centre_m = (at_m - self.centre_m).norm();
+        let way_m = (at_m - self.centre_m).norm();
         let (mut real, mut imaginary) = ([0.0; LANES], [0.0; LANES]);
         for [x, y, z, weight] in &self.patches_m {
             let (mut turn_rad, mut strength) = ([0.0; LANES], [0.0; LANES]);
             for lane in 0..LANES {
                 let (dx, dy, dz) = (at_m.x - x[lane], at_m.y - y[lane], at_m.z - z[lane]);
                 let r = (dx * dx + dy * dy + dz * dz).sqrt().max(NEAREST_M);
-                turn_rad[lane] = wavenumber_rad_m * (r - centre_m);
+                turn_rad[lane] = wavenumber_rad_m * (r - way_m);
                 strength[lane] = weight[lane] / r;
             }
             let (sin, cos) = match turns_little {
@@ -199,7 +199,7 @@ impl Piston {
             }
         }
         let sum = Complex64::new(real.iter().sum(), imaginary.iter().sum());
-        sum * Complex64::cis(wavenumber_rad_m * centre_m)
+        sum * Complex64::cis(wavenumber_rad_m * way_m)
     }
 }
 

@@ -124,6 +124,12 @@ impl Run {
         Ok(Diagnosed { seconds: Some(seconds), ..self.keep(name, &bytes)? })
     }
 
+    /// Those of these scans that have no diagnosis yet.
+    pub fn not_diagnosed(&self, mut names: Vec<String>) -> Vec<String> {
+        names.retain(|name| !diagnosis_of(&self.diagnoses, name).exists());
+        names
+    }
+
     /// Keeps the diagnosis of a scan that was made elsewhere, as JSON.
     ///
     /// # Errors

@@ -11,9 +11,11 @@
 //! Begin with [`uncertain`], [`significant`] and [`percent`] for numbers, [`table`] and [`paragraph`] for a terminal.
 
 mod layout;
+mod list;
 mod numbers;
 
 pub use layout::{paragraph, table, table_rows};
+pub use list::listed;
 pub use numbers::{
     ABSENT, Uncertain, fixed, height_mm, millimetres, percent, raised, significant, uncertain,
     with_minus_signs,

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use fieldgap_text::significant;
 use serde::Serialize;
 
 use super::super::answer::Answers;
@@ -82,14 +83,14 @@ impl Moves {
                 writeln!(text, "  {letter}  {:<66}  {:>4} of {}", rate.what, rate.count, rate.of);
         }
         let _ =
-            write!(text, "\n{:<22}  {:>8}  {:>8}  {:>7}", "limit", "usual", "varied", "changed");
+            write!(text, "\n{:<22}  {:>12}  {:>12}  {:>7}", "limit", "usual", "varied", "changed");
         for (_, letter) in self.rates.iter().zip('A'..) {
             let _ = write!(text, "  {letter:>7}");
         }
         text += "\n";
         for Move { limit, usual, value, changed, rates } in &self.varied {
-            let [usual, value] = [usual, value].map(|value| brief(*value));
-            let _ = write!(text, "{limit:<22}  {usual:>8}  {value:>8}  {:>7}", changed.len());
+            let [usual, value] = [usual, value].map(|value| significant(*value, 3));
+            let _ = write!(text, "{limit:<22}  {usual:>12}  {value:>12}  {:>7}", changed.len());
             for (rate, before) in rates.iter().zip(&self.rates) {
                 let by = rate.count as i64 - before.count as i64;
                 let by = match (rate.of == before.of, by) {
@@ -104,15 +105,5 @@ impl Moves {
         text += "\nchanged: scans with another verdict, or for which other causes are named. Under each letter: by how many scans its count moves,\n\
                  or the new count where it is of another number of scans.\n";
         text
-    }
-}
-
-/// A number to four digits.
-fn brief(value: f64) -> String {
-    let digits = 3 - value.abs().log10().floor().clamp(-6.0, 3.0) as i32;
-    let text = format!("{value:.*}", digits.max(0) as usize);
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
     }
 }

@@ -8,6 +8,7 @@ use fieldgap_text::{percent, significant, uncertain, with_minus_signs};
 use crate::change::result::{ChangeCandidate, ChangeVerdict, ParameterChange, RecordName};
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
+use crate::model::effect::elements_listed;
 
 /// One effect's change.
 pub(crate) struct Clause<'c> {
@@ -25,34 +26,30 @@ pub(crate) fn clause(of: &Clause<'_>) -> String {
     });
     let departure = of.changes.get("departure").and_then(|change| change.change);
     let words = match (of.id, elements, departure) {
-        (EffectId::DeadElements, Some(elements), _) => format!("{} died", listed(elements)),
+        (EffectId::DeadElements, Some(elements), _) => {
+            format!("{} died", elements_listed(elements))
+        }
         (EffectId::Polarity, Some(elements), _) => {
-            format!("{} reversed polarity", listed(elements))
+            format!("{} reversed polarity", elements_listed(elements))
         }
         (EffectId::SwappedChannels, Some(elements), _) => {
-            format!("{} were exchanged", listed(elements))
+            format!("{} were exchanged", elements_listed(elements))
         }
         (EffectId::ElementGain, Some(elements), Some(departure)) => {
-            format!("the amplitude of {} {}", listed(elements), fell_or_rose(departure))
+            format!("the amplitude of {} {}", elements_listed(elements), fell_or_rose(departure))
         }
         (EffectId::ElementPhase, Some(elements), Some(departure)) => {
-            format!("the phase of {} changed by {} rad", listed(elements), signed(departure))
+            format!(
+                "the phase of {} changed by {} rad",
+                elements_listed(elements),
+                signed(departure)
+            )
         }
         (EffectId::ElementGain, ..) => of_each(of, "spread", "amplitudes of the elements", ""),
         (EffectId::ElementPhase, ..) => of_each(of, "spread_rad", "phases of the elements", " rad"),
         _ => with_numbers(of),
     };
     with_minus_signs(&words)
-}
-
-/// Elements as the subject of a clause.
-fn listed(elements: &[usize]) -> String {
-    let numbers: Vec<String> = elements.iter().map(usize::to_string).collect();
-    match numbers.split_last() {
-        Some((last, [])) => format!("element {last}"),
-        Some((last, rest)) => format!("elements {} and {last}", rest.join(", ")),
-        None => "no element".to_owned(),
-    }
 }
 
 fn of_each(of: &Clause<'_>, spread: &str, what: &str, unit: &str) -> String {

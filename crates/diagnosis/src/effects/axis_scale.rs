@@ -3,6 +3,7 @@
 //! A controller has a number of steps for each axis. Either one of them is wrong, or each axis has a length of its own: all are tried.
 
 use fieldgap_acoustics::{Simulator, Vec3};
+use fieldgap_text::listed;
 
 use crate::effect_id::EffectId;
 use crate::model::effect::{
@@ -62,8 +63,7 @@ impl Effect for AxisScale {
     fn carried(&self, values: Vec<f64>, choice: &Choice) -> Vec<f64> {
         match (one_axis(choice), values.as_slice()) {
             (Some(axis), [_, _, _]) => vec![values[axis]],
-            (Some(_), _) => values,
-            (None, [_, _, _]) => values,
+            (Some(_), _) | (None, [_, _, _]) => values,
             // Which axis it was is not known here.
             (None, _) => self.neutral(),
         }
@@ -94,14 +94,7 @@ impl Effect for AxisScale {
             format!("{:.4} ± {:.4}{unit} along {name}", fitted.value, fitted.error)
         });
         let lengths: Vec<String> = lengths.collect();
-        let lengths = match lengths.as_slice() {
-            [first, next @ .., last] => {
-                let before: String = next.iter().map(|length| format!(", {length}")).collect();
-                format!("{first}{before} and {last}")
-            }
-            one => one.concat(),
-        };
-        let sentence = format!("a commanded millimetre is {lengths}");
+        let sentence = format!("a commanded millimetre is {}", listed(&lengths));
         let parameters = names.iter().zip(fitted).map(|(name, fitted)| (*name, fitted.real()));
         Finding::new(parameters, sentence)
     }

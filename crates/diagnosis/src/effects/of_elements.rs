@@ -6,7 +6,7 @@ use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::model::effect::{
     Carrier, Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Search,
-    Stage, Timing, listed,
+    Stage, Timing, elements_listed,
 };
 use crate::model::instance::Setting;
 use crate::model::observations::Observations;
@@ -86,7 +86,7 @@ impl Effect for OfElements {
 
     fn describe(&self, _: &[Estimate], choice: &Choice, _: &Context) -> Finding {
         let value = choice.elements().to_vec();
-        let sentence = format!("{}: {}", self.words, listed(&value));
+        let sentence = format!("{}: {}", self.words, elements_listed(&value));
         Finding::new([("elements", FittedParameter::Elements { value })], sentence)
     }
 }

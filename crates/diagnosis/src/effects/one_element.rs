@@ -11,7 +11,7 @@ use super::random::Random;
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::model::effect::{
-    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, Stage, Timing, listed,
+    Choice, Context, Effect, Estimate, Facts, Finding, Parameter, Stage, Timing, elements_listed,
 };
 use crate::model::instance::Setting;
 use crate::remedy::{Remedy, SetupKey};
@@ -72,7 +72,7 @@ impl Effect for OneElement {
         let sentence = format!(
             "{}: {} by {:.3} ± {:.3}",
             self.of.departures,
-            listed(&value),
+            elements_listed(&value),
             fitted[0].value,
             fitted[0].error
         );

@@ -24,7 +24,7 @@ use fieldgap_acoustics::transducer::{OnAxis, Transducer};
 use fieldgap_acoustics::{
     Element, FieldSum, PathLengths, Propagation, Simulation, Simulator, Vec3,
 };
-use fieldgap_text::with_minus_signs;
+use fieldgap_text::{listed, with_minus_signs};
 
 use super::instance::{Instance, Setting};
 use super::mirror::Mirror;
@@ -508,12 +508,12 @@ pub(crate) trait Effect: Sync {
     }
 }
 
-/// Numbers in a list, for sentences.
-pub(crate) fn listed(elements: &[usize]) -> String {
+/// Elements as the subject of a clause.
+pub(crate) fn elements_listed(elements: &[usize]) -> String {
     let numbers: Vec<String> = elements.iter().map(usize::to_string).collect();
-    match numbers.split_last() {
-        Some((last, [])) => format!("element {last}"),
-        Some((last, rest)) => format!("elements {} and {last}", rest.join(", ")),
-        None => "no element".to_owned(),
+    match numbers.as_slice() {
+        [] => "no element".to_owned(),
+        [one] => format!("element {one}"),
+        several => format!("elements {}", listed(several)),
     }
 }

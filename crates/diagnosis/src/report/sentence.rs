@@ -1,6 +1,6 @@
 //! The verdict in one sentence, and the gaps that it states.
 
-use fieldgap_text::percent;
+use fieldgap_text::{listed, percent};
 
 use crate::effect_id::{EffectId, joined};
 use crate::residual_structure::ResidualStructure;
@@ -174,10 +174,9 @@ fn first_few(all: &[String]) -> String {
 
 /// Effects as a sentence lists them.
 fn names(effects: &[EffectId]) -> String {
-    match effects.split_last() {
-        Some((last, [])) => last.to_string(),
-        Some((last, rest)) => format!("{} and {last}", joined(rest, ", ")),
-        None => "no effect".to_owned(),
+    match effects {
+        [] => "no effect".to_owned(),
+        _ => listed(&effects.iter().map(EffectId::to_string).collect::<Vec<_>>()),
     }
 }
 

@@ -30,19 +30,17 @@ struct Response {
     floor: f64,
     /// w over the power.
     by_power: f64,
-    /// What it rises by at most: a receiver that clips gives no more.
-    most: f64,
 }
 
 impl ChangedReadings {
-    /// Of readings with their slopes, each with its standard deviation over that of a reading of usual length and what it rises by at most, of a scan with
-    /// so much noise in proportion, and what each element adds to them.
+    /// Of readings with their slopes, each with its standard deviation over that of a reading of usual length, of a scan with so much
+    /// noise in proportion, and what each element adds to them.
     pub fn of(
-        slopes: impl Iterator<Item = (Slope, f64, f64)>,
+        slopes: impl Iterator<Item = (Slope, f64)>,
         share: f64,
         contributions: Vec<Vec<Complex64>>,
     ) -> Self {
-        let of_reading = |(slope, deviation, most): (Slope, f64, f64)| {
+        let of_reading = |(slope, deviation): (Slope, f64)| {
             let Slope { residual, by_gain, pressure } = slope;
             let strong = 1.0 / (share.max(LEAST_SHARE) * deviation);
             let strong = strong.max((1.0 + STRONGER) * by_gain.abs());
@@ -54,7 +52,6 @@ impl ChangedReadings {
                 half_slope: 0.5 * strong,
                 floor: 1.0 - weight,
                 by_power: weight / pressure.norm_sqr().max(f64::MIN_POSITIVE),
-                most,
             }
         };
         Self { readings: slopes.map(of_reading).collect(), contributions }
@@ -92,7 +89,7 @@ impl ChangedReadings {
         for (reading, change) in self.readings.iter().zip(change) {
             let power = (reading.pressure + change).norm_sqr();
             let rise = reading.half_slope * (reading.floor + reading.by_power * power).ln();
-            sums.add(reading.residual - rise.min(reading.most), reading.by_gain);
+            sums.add(reading.residual - rise, reading.by_gain);
         }
     }
 }
@@ -105,32 +102,14 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::effect_id::EffectId;
-    use crate::effects::effect;
     use crate::effects::testing::{Bench, nuisance};
     use crate::fit::joint_fit::Fit;
-    use crate::model::effect::Choice;
-    use crate::model::forward_model::ForwardModel;
-    use crate::model::instance::Instance;
-    use crate::model::observations::Observations;
     use crate::selection::quick_scores::QuickScores;
 
-    /// A silenced, a reversed and an exchanged element, in a focus and beside it; by a receiver as it should be and by one that clips half of the readings.
+    /// A silenced, a reversed and an exchanged element, in a focus and beside it.
     #[test]
     fn large_changes_cost_about_what_the_receiver_makes_of_them() {
         let bench = Bench::new();
-        costs_are_alike(&bench, |_| Fit::of_nothing(vec![nuisance()]));
-        costs_are_alike(&bench, |observations| {
-            let believed = ForwardModel::believed();
-            let mut levels = believed.expected_readings(observations, &[nuisance()]);
-            levels.sort_by(f64::total_cmp);
-            let clipping = Instance { effect: effect(EffectId::Clipping), choice: Choice::None };
-            let values = vec![vec![levels[levels.len() / 2]]];
-            Fit { instances: vec![clipping], values, ..Fit::of_nothing(vec![nuisance()]) }
-        });
-    }
-
-    fn costs_are_alike(bench: &Bench, fit: impl Fn(&Observations) -> Fit) {
         let mut draws = ChaCha8Rng::seed_from_u64(11);
         let mut normal = || -> f64 { StandardNormal.sample(&mut draws) };
         let places: Vec<Vec3> =
@@ -138,7 +117,7 @@ mod tests {
         let focused = bench.believed().excitation.clone();
         let observations =
             bench.observations(&[(focused, places.clone()), (Excitation::Uniform, places)]);
-        let fit = fit(&observations);
+        let fit = Fit::of_nothing(vec![nuisance()]);
         let quick = QuickScores::of(&fit, &observations, &bench.context);
         for (drive, readings) in quick.drives.iter().zip(quick.all()) {
             let elements = drive.contributions.len();

@@ -397,8 +397,9 @@ mod tests {
         let instance = |id: EffectId| Instance { effect: effect(id), choice: Choice::None };
         let mut nuisance = Nuisance::from_slice(&[0.0; Nuisance::COUNT]);
         nuisance.shift_m.x = shift_m;
-        let instances = id.map(instance).into_iter().collect();
-        let fit = Fit { instances, cost, ..Fit::of_nothing(vec![nuisance]) };
+        let instances: Vec<Instance> = id.map(instance).into_iter().collect();
+        let (values, spreads) = instances.iter().map(|_| (Vec::new(), f64::NAN)).unzip();
+        let fit = Fit { instances, values, spreads, cost, ..Fit::of_nothing(vec![nuisance]) };
         ScoredModel { fit, log_evidence: -0.5 * cost, unseen: 0.0 }
     }
 
@@ -409,6 +410,19 @@ mod tests {
         let (given_up, unseen, laws_chosen) = Default::default();
         let search = ModelSearch { scored, given_up, unseen, noise_is_settled: false, laws_chosen };
         assert_eq!(search.gap(100.0), 900.0);
+    }
+
+    /// Each set has what cannot be seen beside it, and not beside another.
+    #[test]
+    fn what_cannot_be_seen_beside_a_set_is_counted_with_it() {
+        let scored = vec![scored(None, 100.0, 0.0), scored(Some(EffectId::Aperture), 120.0, 0.0)];
+        let beside_aperture = || Unseen { of: vec![EffectId::Aperture], nats: -2.0 };
+        let unseen = vec![Unseen { of: vec![], nats: -4.0 }, beside_aperture(), beside_aperture()];
+        let (given_up, laws_chosen) = Default::default();
+        let search = ModelSearch { scored, given_up, unseen, noise_is_settled: true, laws_chosen };
+        let found = search.found();
+        assert_eq!(found[0].unseen, f64::exp(-4.0));
+        assert_eq!(found[1].unseen, 2.0 * f64::exp(-2.0));
     }
 
     #[test]

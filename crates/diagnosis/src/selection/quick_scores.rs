@@ -17,9 +17,6 @@ use crate::selection::changed_readings::ChangedReadings;
 use crate::selection::cost_by_gain::{CostByGain, Slope};
 use crate::selection::evidence::cost_of_choice;
 
-/// Times as loud as a reading may become by changes of elements: those at a null of the field rise most.
-const LOUDEST: f64 = 1e4;
-
 /// A fit, ready to have its elements changed.
 pub(crate) struct QuickScores<'o> {
     pub(super) observations: &'o Observations,
@@ -142,22 +139,14 @@ impl<'o> QuickScores<'o> {
     fn changed_readings(&self, stride: usize) -> Vec<ChangedReadings> {
         let of_drive = |drive: &ScoredDrive| {
             let scan = &self.observations.scans[drive.scan];
-            let slopes = |louder: f64| {
-                let mut slopes = Vec::new();
-                let change = |i: usize| (louder - 1.0) * drive.pressures[i].coherent;
-                self.evaluate_drive(drive, stride, change, |slope| slopes.push(slope));
-                slopes
-            };
-            let (slopes, loudest) = (slopes(1.0), slopes(LOUDEST));
-            let rises =
-                slopes.iter().zip(loudest).map(|(here, there)| here.residual - there.residual);
-            let rises: Vec<f64> = rises.collect();
+            let mut slopes = Vec::new();
+            self.evaluate_drive(drive, stride, |_| Complex64::ZERO, |slope| slopes.push(slope));
             let visits = scan.drives[drive.drive].visits.iter().step_by(stride);
             let deviations = visits.map(|visit| visit.variance.sqrt());
             let few = |part: &Vec<Complex64>| part.iter().step_by(stride).copied().collect();
             let contributions = drive.contributions.iter().map(few).collect();
             ChangedReadings::of(
-                slopes.into_iter().zip(deviations).zip(rises).map(|((s, d), most)| (s, d, most)),
+                slopes.into_iter().zip(deviations),
                 scan.scatter.share,
                 contributions,
             )

@@ -2,7 +2,7 @@
 
 use fieldgap_text::{listed, percent};
 
-use crate::effect_id::{EffectId, joined};
+use crate::effect_id::EffectId;
 use crate::residual_structure::ResidualStructure;
 use crate::residual_structure::test::Test;
 use crate::result::{Candidate, Remainder, Verdict};

@@ -19,7 +19,7 @@ from importlib.metadata import version as _version
 
 from ._native import Array, Medium, Transducer
 from .comparison import Agreement, ComparedMap, Comparison, Discrepancy, Figures, Levels, PlaneComparison, compare
-from .diagnosis import Candidate, DiagnosedMap, Diagnosis, Parameter, Remainder, diagnose
+from .diagnosis import Candidate, Departure, DiagnosedMap, Diagnosis, Parameter, Remainder, diagnose
 from .errors import ArgumentError, FieldgapError, FileError, IncomparableError
 from .field import plane, simulate
 from .plane_map import Map
@@ -37,6 +37,7 @@ __all__ = [
     "Candidate",
     "ComparedMap",
     "Comparison",
+    "Departure",
     "DiagnosedMap",
     "Diagnosis",
     "Discrepancy",

@@ -91,6 +91,25 @@ class Remainder:
 
 
 @dataclass(frozen=True)
+class Departure:
+    """How far the set-up departs from what is stated, within its stated uncertainty.
+
+    Attributes
+    ----------
+    what : str
+        Id of the effect that acts so; ``origin`` for the scan's coordinates.
+    meaning : str
+        Its size in words.
+    in_uncertainties : float
+        Root mean square of its numbers, each over its standard uncertainty.
+    """
+
+    what: str
+    meaning: str
+    in_uncertainties: float
+
+
+@dataclass(frozen=True)
 class DiagnosedMap:
     """Scan and simulations of one drive at one height. NaN where nothing was measured.
 
@@ -189,6 +208,14 @@ class Diagnosis:
         return Remainder(
             number(remainder["share"]), number(remainder["gap"]), remainder["looks_like"], remainder.get("left_to", [])
         )
+
+    @property
+    def departures(self) -> List[Departure]:
+        """Departures of the set-up beside the best candidate; empty where the record states no uncertainty."""
+        stated = self._json.get("uncertainty") or {"departures": []}
+        return [
+            Departure(one["what"], one["sentence"], number(one["in_uncertainties"])) for one in stated["departures"]
+        ]
 
     @property
     def gap_before(self) -> float:

@@ -103,6 +103,7 @@ impl PythonRecord {
             medium,
             receiver: None,
             phase,
+            uncertainty: None,
             simulator: simulator(simulator_name)?,
             foci,
         };

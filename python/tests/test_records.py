@@ -159,6 +159,19 @@ def test_a_diagnosis_equals_that_of_the_command_line(warm_record, json_of, tmp_p
     assert alike(fg.diagnose(warm_record).to_dict(), printed)
 
 
+def test_what_a_record_states_to_be_uncertain_is_a_departure_and_no_cause(warm_record, tmp_path):
+    folder = tmp_path / "warm"
+    warm_record.write(folder)
+    assert fg.diagnose(folder).departures == []
+    with (folder / "scan.toml").open("a") as scan:
+        scan.write("\n[uncertainty]\ntemperature_k = 10.0\n")
+    diagnosis = fg.diagnose(folder)
+    assert diagnosis.verdict == "none" and "stated" in diagnosis.sentence
+    (departure,) = diagnosis.departures
+    assert departure.what == "sound-speed" and "m/s" in departure.meaning
+    assert 0.3 < departure.in_uncertainties < 2.0
+
+
 def test_parameters_have_their_kind():
     from fieldgap.diagnosis import _parameter
 

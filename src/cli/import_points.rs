@@ -165,6 +165,7 @@ impl PointsArgs {
             medium: rig.medium,
             receiver: rig.receiver,
             phase,
+            uncertainty: rig.uncertainty,
             simulator: self.simulator.unwrap_or(Simulator::Corrected),
             foci: vec![match self.focus_mm {
                 Some(at_mm) => FocusSection::Point(at_mm),

@@ -54,6 +54,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         candidate.gap_after_held_out = candidate.gap_after_held_out.min(1.02 * gap(&before));
     }
     Diagnosis {
+        uncertainty: None,
         format: 1,
         scan: "thesis-focus".to_owned(),
         scans: vec!["thesis-focus".to_owned()],

@@ -31,6 +31,7 @@ pub(super) fn setup_of(
         medium: rig_setup.medium,
         receiver: rig_setup.receiver.clone(),
         phase,
+        uncertainty: rig_setup.uncertainty,
         simulator: plan.simulator,
         foci: plan.foci.clone(),
     }

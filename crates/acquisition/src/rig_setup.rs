@@ -11,7 +11,9 @@ use fieldgap_acoustics::{Array, Medium};
 use fieldgap_exposure::{Exposure, ExposureTable};
 use fieldgap_input::{Fault, Label, TomlSource};
 use fieldgap_level::Sensitivity;
-use fieldgap_records::{ArraySection, ArrayTable, Hooks, MediumSection, MediumTable};
+use fieldgap_records::{
+    ArraySection, ArrayTable, Hooks, MediumSection, MediumTable, SetupUncertainty,
+};
 use fieldgap_rig::{
     EnvironmentConfig, FocusArrayConfig, MotionConfig, ReceiverConfig, RigConfig, Role,
 };
@@ -23,6 +25,7 @@ struct RigFileKeys {
     name: Label,
     array: Spanned<ArrayTable>,
     medium: Spanned<MediumTable>,
+    uncertainty: Option<SetupUncertainty>,
     motion: MotionConfig,
     receiver: ReceiverConfig,
     focus_array: FocusArrayConfig,
@@ -50,6 +53,8 @@ pub struct RigSetup {
     pub array: ArraySection,
     /// The medium, as the rig file describes it.
     pub medium: MediumSection,
+    /// How well array, air and origin are known, where the rig file states it.
+    pub uncertainty: Option<SetupUncertainty>,
     /// What the receiver reads at a sound pressure, where the rig file states it: in scans by this rig.
     pub receiver: Option<Sensitivity>,
     /// Places of people and limits of exposure, if any.
@@ -103,6 +108,7 @@ impl RigSetup {
             name: file.name.into(),
             array,
             medium: MediumSection::read(&file.medium, &source)?,
+            uncertainty: file.uncertainty,
             receiver,
             exposure,
             rig: RigConfig {

@@ -11,7 +11,7 @@ use fieldgap_acoustics::{Array, Medium, Simulator, Vec3, delays_s};
 use fieldgap_input::{Frequency, NonNegative, SoundSpeed, literal};
 use fieldgap_records::{
     ArraySection, FocusSection, Layout, MediumSection, PhaseReference, PhaseSection, Rims,
-    ScanSetup,
+    ScanSetup, SetupUncertainty,
 };
 use fieldgap_virtual_rig::drive::Drive;
 use fieldgap_virtual_rig::truth::TrueSource;
@@ -70,6 +70,8 @@ pub(super) struct Laboratory {
     pub reception: Reception,
     /// Effects that every real set-up has, by their ids. They are no causes.
     pub imperfections: Vec<(&'static str, Parameters)>,
+    /// How large it states that these are.
+    pub uncertainty: Option<SetupUncertainty>,
     /// The class of the laboratory on each axis by which scores are divided; none for the bench.
     pub strata: BTreeMap<String, String>,
 }
@@ -101,6 +103,7 @@ impl Laboratory {
             additive_over_peak: random.uniform(0.002, 0.008),
             reception: Reception::default(),
             imperfections: Vec::new(),
+            uncertainty: None,
             strata: BTreeMap::new(),
         }
     }
@@ -170,6 +173,7 @@ impl Laboratory {
             medium: MediumSection::SpeedOfSound(medium),
             receiver: None,
             phase,
+            uncertainty: self.uncertainty,
             simulator: self.simulator,
             foci: self.foci.clone(),
         }

@@ -63,7 +63,7 @@ impl Worlds {
                 };
                 let mut laboratory = varied::laboratory(ids, random);
                 if !ideal {
-                    laboratory.imperfections = varied::imperfections(&laboratory, ids, random);
+                    varied::make_imperfect(&mut laboratory, ids, random);
                 }
                 laboratory
             }

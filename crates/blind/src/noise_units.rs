@@ -172,7 +172,7 @@ mod tests {
         for seed in 0..12 {
             let mut random = RandomSequence::new(CounterRng::new(seed));
             let mut laboratory = varied::laboratory(&[], &mut random);
-            laboratory.imperfections = varied::imperfections(&laboratory, &[], &mut random);
+            varied::make_imperfect(&mut laboratory, &[], &mut random);
             let rng = CounterRng::new(7);
             let believed = Believed::new(&laboratory, rng);
             let gap = |causes: &Causes| {

@@ -73,7 +73,7 @@ mod tests {
                 _ => varied::laboratory(&[], &mut random),
             };
             if seed > 1 {
-                laboratory.imperfections = varied::imperfections(&laboratory, &[], &mut random);
+                varied::make_imperfect(&mut laboratory, &[], &mut random);
             }
             let rng = CounterRng::new(9);
             let believed = Believed::new(&laboratory, rng);

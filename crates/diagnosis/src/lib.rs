@@ -90,7 +90,7 @@ pub use remedy::{Remedy, SetupKey};
 pub use result::{
     Candidate, DiagnosedPlane, Diagnosis, ElementFault, ElementsAccount, ElementsSpread, HeldOutBy,
     KindShares, NextMeasurement, PhaseFigures, PlaneShare, Region, RegionShare, Remainder,
-    ResidualTest, Verdict, WaterfallPart, WaterfallStep, Where,
+    ResidualTest, StatedFinding, Verdict, WaterfallPart, WaterfallStep, Where, WithinUncertainty,
 };
 pub use text::Standing;
 pub use verdict::fresh::{CorrectedTest, FreshTest};

@@ -8,6 +8,7 @@ use fieldgap_comparison::{
 use fieldgap_records::RecordedScan;
 
 use crate::effects::crosstalk::neighbours;
+use crate::effects::stated::stated_uncertainty;
 use crate::limits::{ALIKE, UNLIKE};
 use crate::model::effect::Context;
 use crate::model::observations::{Observations, ObservedScan};
@@ -113,6 +114,7 @@ fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
         highest_m: highest.fold(0.0, f64::max),
         dark_floor: floors.fold(0.0, f64::max),
         common: None,
+        stated: stated_uncertainty(&scans[0].setup, observations.elements()),
         tried: None,
     }
 }

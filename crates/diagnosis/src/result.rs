@@ -56,6 +56,9 @@ pub struct Diagnosis {
     /// How much of it the elements' own departures explain, where no set of effects does and planes are dense enough to tell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elements: Option<ElementsAccount>,
+    /// How far the set-up departs from what is stated, where its uncertainty is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<WithinUncertainty>,
     /// Where the gap lies.
     pub r#where: Where,
     /// The scan that would tell the rivals apart.
@@ -148,7 +151,35 @@ impl Verdict {
     }
 }
 
+/// How far the set-up departs from what is stated, within the uncertainty that is stated too. Every candidate departs so beside its effects.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WithinUncertainty {
+    /// Gap with these departures and no effect, relative to the scan's rms.
+    pub gap: f64,
+    /// The departures beside the best candidate. Where it names an effect of the same kind, there is none of that kind.
+    pub departures: Vec<StatedFinding>,
+}
+
+/// One departure of the set-up.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StatedFinding {
+    /// The id of the effect that acts so; `origin` for the scan's coordinates.
+    pub what: String,
+    /// Its size in words.
+    pub sentence: String,
+    /// Root mean square of its numbers, each over its standard uncertainty.
+    pub in_uncertainties: f64,
+}
+
 impl Diagnosis {
+    /// What differs where no cause is found.
+    pub fn nothing_but(&self) -> &'static str {
+        match self.uncertainty {
+            Some(_) => "noise and the stated uncertainty of the set-up",
+            None => "noise",
+        }
+    }
+
     /// What a fifth was held out of, as a plural.
     pub fn held_out_of_what(&self) -> String {
         let of_what = match self.held_out_by {

@@ -2,7 +2,8 @@
 
 use fieldgap_acoustics::{Element, Vec3};
 use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose};
-use fieldgap_records::RecordedScan;
+use fieldgap_input::literal;
+use fieldgap_records::{PossibleReflection, RecordedScan, SetupUncertainty};
 use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -235,4 +236,75 @@ fn of_many_causes_those_beyond_doubt_are_named() {
         let (value, error) = (real(&diagnosis, name), error(&diagnosis, name));
         assert!((value - expected).abs() < 3.0 * error, "{name}: {value} {error}");
     }
+}
+
+/// A smaller scan, of a rig with what every careful set-up has a little of, beside these causes. The rig states how much that may be.
+fn of_a_careful_laboratory(causes: Causes, seed: u64) -> RecordedScan {
+    let foci = [[5.0, -10.0, 100.0], [-15.0, 10.0, 130.0]];
+    let scan = Scan::new(4, &foci, 14, &[80.0, 120.0, 160.0]);
+    let speed = 1.001 * causes.speed;
+    let ordinary = Causes {
+        speed,
+        spreads: [0.07, 0.12],
+        offset_m: Vec3::new(0.5, -0.6, 0.4) * 1e-3,
+        drift: -0.005,
+        plane: (0.02, 0.313),
+        ..causes
+    };
+    let mut record = ordinary.read(&scan, seed);
+    record.setup.uncertainty = Some(SetupUncertainty {
+        element_gain: Some(literal(0.08)),
+        element_phase_rad: Some(literal(0.13)),
+        origin_mm: Some(literal(0.7)),
+        temperature_k: Some(literal(0.6)),
+        level_drift: Some(literal(0.005)),
+        reflection: Some(PossibleReflection {
+            height_mm: literal(310.0),
+            coefficient: literal(0.02),
+        }),
+    });
+    record
+}
+
+/// The gap is twice the noise, and nothing is wrong beyond what is stated.
+#[test]
+fn what_is_within_the_stated_uncertainty_is_no_cause() {
+    for seed in 1..4 {
+        let record = of_a_careful_laboratory(Causes::none(), seed);
+        let diagnosis = diagnose(&[record], None).expect("comparable");
+        let text = diagnosis.to_text();
+        assert_eq!(diagnosis.verdict, Verdict::None, "{text}");
+        assert!(diagnosis.gap_before > 2.0 * diagnosis.noise_floor, "{text}");
+        let within = diagnosis.uncertainty.as_ref().expect("it is stated");
+        assert!(within.gap < 1.05 * diagnosis.noise_floor, "{text}");
+        let what: Vec<&str> = within.departures.iter().map(|one| one.what.as_str()).collect();
+        let stated =
+            ["origin", "sound-speed", "element-gain", "element-phase", "reflection", "gain-drift"];
+        assert_eq!(what, stated);
+        for one in &within.departures {
+            // The readings tell those of the elements, and hardly the drift.
+            let least = if one.what.starts_with("element-") { 0.5 } else { 0.0 };
+            assert!((least..2.0).contains(&one.in_uncertainties), "{one:?}");
+        }
+    }
+}
+
+/// Beside that, what is not stated is a cause, and so is what exceeds what is stated.
+#[test]
+fn a_cause_beside_the_stated_uncertainty_is_named_alone() {
+    let tilted = Causes { tilt_rad: [0.03, -0.02], ..Causes::none() };
+    let diagnosis = diagnose(&[of_a_careful_laboratory(tilted, 4)], None).expect("comparable");
+    named_alone(&diagnosis, EffectId::ArrayTilt);
+    for (name, expected) in [("array-tilt.about_x_rad", 0.03), ("array-tilt.about_y_rad", -0.02)] {
+        let (value, error) = (real(&diagnosis, name), error(&diagnosis, name));
+        assert!((value - expected).abs() < 3.5 * error, "{name}: {value} {error}");
+    }
+    let hot = Causes { speed: 1.012, ..Causes::none() };
+    let diagnosis = diagnose(&[of_a_careful_laboratory(hot, 5)], None).expect("comparable");
+    named_alone(&diagnosis, EffectId::SoundSpeed);
+    let (value, error) =
+        (real(&diagnosis, "sound-speed.c_m_s"), error(&diagnosis, "sound-speed.c_m_s"));
+    assert!((value - 343.0 * 1.001 * 1.012).abs() < 3.5 * error, "{value} {error}");
+    let within = diagnosis.uncertainty.as_ref().expect("it is stated");
+    assert!(within.departures.iter().all(|one| one.what != "sound-speed"));
 }

@@ -16,6 +16,7 @@ use super::focus_section::{FocusSection, FocusTable};
 use super::layout::Layout;
 use super::medium_section::{MediumSection, MediumTable};
 use super::phase::PhaseSection;
+use super::setup_uncertainty::SetupUncertainty;
 use fieldgap_acoustics::{Simulation, Simulator};
 use fieldgap_input::{Fault, Label, TomlSource};
 use fieldgap_level::{Sensitivity, SensitivityKeys};
@@ -36,6 +37,8 @@ struct ScanFile {
     receiver: Option<Spanned<SensitivityKeys>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     phase: Option<PhaseSection>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uncertainty: Option<SetupUncertainty>,
     simulator: SimulatorTable,
     #[serde(default)]
     focus: Vec<Spanned<FocusTable>>,
@@ -64,6 +67,8 @@ pub struct ScanSetup {
     pub receiver: Option<Sensitivity>,
     /// What the phases of the readings mean, where they have phases.
     pub phase: Option<PhaseSection>,
+    /// How well array, air and origin are known, where it is stated.
+    pub uncertainty: Option<SetupUncertainty>,
     /// The simulator that the scan is compared with.
     pub simulator: Simulator,
     /// The drives of the array; samples refer to them by their number from 0.
@@ -127,6 +132,7 @@ impl ScanSetup {
             medium: MediumSection::read(&file.medium, source)?,
             receiver: receiver(file, source)?,
             phase: file.phase,
+            uncertainty: file.uncertainty,
             simulator: file.simulator.model,
             foci,
         })
@@ -154,6 +160,7 @@ impl ScanSetup {
                 .as_ref()
                 .map(|receiver| Spanned::new(0..0, receiver.keys().clone())),
             phase: self.phase,
+            uncertainty: self.uncertainty,
             simulator: SimulatorTable { model: self.simulator },
             focus: self.foci.iter().map(|focus| Spanned::new(0..0, focus.table())).collect(),
         };

@@ -121,6 +121,7 @@ impl BenchRig {
             medium: self.setup.medium,
             receiver: None,
             phase: None,
+            uncertainty: None,
             simulator: plan.simulator,
             foci: plan.foci.clone(),
         };

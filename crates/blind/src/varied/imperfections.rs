@@ -4,6 +4,8 @@ use super::super::catalogue::Sizes;
 use super::super::laboratory::Laboratory;
 use super::super::parameters::Parameters;
 use super::super::random_sequence::RandomSequence;
+use fieldgap_input::{OutOfRange, literal};
+use fieldgap_records::{PossibleReflection, SetupUncertainty};
 
 /// Relative spread of the elements' gains: what makers state for one type of transducer.
 const GAIN_SPREAD: (f64, f64) = (0.05, 0.10);
@@ -18,12 +20,13 @@ const TEMPERATURE_K: (f64, f64) = (0.2, 1.0);
 /// Reflection of the ceiling or of the robot's head, of pressure.
 const REFLECTION: (f64, f64) = (0.01, 0.03);
 
-/// The imperfections of a laboratory. Effects that are causes there, by their ids, are left out: the cause takes the place.
-pub(in super::super) fn imperfections(
-    laboratory: &Laboratory,
+/// Draws the imperfections of a laboratory, which states how large they usually are. Effects that are causes there, by their ids, are left out: the
+/// cause takes the place.
+pub(in super::super) fn make_imperfect(
+    laboratory: &mut Laboratory,
     causes: &[&'static str],
     random: &mut RandomSequence,
-) -> Vec<(&'static str, Parameters)> {
+) {
     let mut of = |(low, high): (f64, f64)| random.uniform(low, high);
     let (gain, phase_rad) = (of(GAIN_SPREAD), of(PHASE_SPREAD_RAD));
     let (drift, reflection) = (of(DRIFT), of(REFLECTION));
@@ -63,7 +66,37 @@ pub(in super::super) fn imperfections(
             },
         ),
     ];
-    all.into_iter().filter(|(id, _)| !causes.contains(id)).collect()
+    laboratory.uncertainty = Some(stated(height_mm));
+    laboratory.imperfections = all.into_iter().filter(|(id, _)| !causes.contains(id)).collect();
+}
+
+/// What a laboratory states of its imperfections: how large they are in all laboratories, and the height of a plane that reflects, by a tape measure.
+fn stated(height_mm: f64) -> SetupUncertainty {
+    SetupUncertainty {
+        element_gain: Some(hundredths(rms(GAIN_SPREAD))),
+        element_phase_rad: Some(hundredths(rms(PHASE_SPREAD_RAD))),
+        origin_mm: Some(hundredths(rms(OFFSET_MM))),
+        temperature_k: Some(hundredths(rms(TEMPERATURE_K))),
+        level_drift: Some(rounded(rms(DRIFT), 1e3)),
+        reflection: Some(PossibleReflection {
+            height_mm: literal((0.1 * height_mm).round() * 10.0),
+            coefficient: hundredths(rms(REFLECTION)),
+        }),
+    }
+}
+
+/// Root mean square of a number that is anywhere from one to another with the same probability.
+fn rms((low, high): (f64, f64)) -> f64 {
+    ((high.powi(3) - low.powi(3)) / (3.0 * (high - low))).sqrt()
+}
+
+fn hundredths<T: TryFrom<f64, Error = OutOfRange>>(value: f64) -> T {
+    rounded(value, 1e2)
+}
+
+/// To a whole number of parts, of which `parts` are one.
+fn rounded<T: TryFrom<f64, Error = OutOfRange>>(value: f64, parts: f64) -> T {
+    literal((parts * value).round() / parts)
 }
 
 /// The speed of sound in air that is warmer than at the given speed, m/s: c² is proportional to the absolute temperature.
@@ -79,7 +112,8 @@ pub(in super::super) fn beyond_the_ordinary(id: &str, sizes: Sizes) -> Sizes {
         "sound-speed" => 0.0017 * TEMPERATURE_K.1,
         "element-gain" => GAIN_SPREAD.1,
         "element-phase" => PHASE_SPREAD_RAD.1,
-        "offset" => OFFSET_MM.1,
+        // Along all three axes.
+        "offset" => 3f64.sqrt() * OFFSET_MM.1,
         "reflection" => REFLECTION.1,
         "gain-drift" => DRIFT.1,
         _ => 0.0,

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 use super::laboratory::{FREQUENCY_HZ, Laboratory, tenths_of_micrometre};
 use super::random_sequence::RandomSequence;
-pub(super) use imperfections::{beyond_the_ordinary, imperfections};
+pub(super) use imperfections::{beyond_the_ordinary, make_imperfect};
 use paths::Path;
 
 use fieldgap_acoustics::Vec3;
@@ -77,6 +77,7 @@ pub(super) fn laboratory(ids: &[&'static str], random: &mut RandomSequence) -> L
         additive_over_peak: receiver.additive_over_peak,
         reception: receiver.reception,
         imperfections: Vec::new(),
+        uncertainty: None,
         strata,
     }
 }

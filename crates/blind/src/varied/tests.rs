@@ -67,10 +67,10 @@ fn a_lag_is_only_where_the_robot_reads_in_motion_and_play_where_it_turns() {
 
 #[test]
 fn a_cause_takes_the_place_of_an_imperfection_and_is_twice_as_large() {
-    let laboratory = drawn(1);
+    let mut laboratory = drawn(1);
     let mut random = RandomSequence::new(CounterRng::new(1));
-    let anyway = imperfections(&laboratory, &["offset"], &mut random);
-    let ids: Vec<&str> = anyway.iter().map(|(id, _)| *id).collect();
+    make_imperfect(&mut laboratory, &["offset"], &mut random);
+    let ids: Vec<&str> = laboratory.imperfections.iter().map(|(id, _)| *id).collect();
     assert_eq!(ids, ["sound-speed", "element-gain", "element-phase", "reflection", "gain-drift"]);
     for id in ids {
         let sizes = crate::catalogue::draw(id, &laboratory, &mut random);

@@ -253,7 +253,7 @@ impl<'f> FoundField<'f> {
 
     fn unknowns(&self) -> Vec<fieldgap_acoustics::least_squares::Parameter> {
         let Fit { instances, values, spreads, nuisance, .. } = self.fit;
-        unknowns(instances, values, spreads, &nuisance[..1], self.context)
+        unknowns(instances, values, spreads, &nuisance.of_first(), self.context)
     }
 
     fn samples(&self, observations: &Observations, order: &[usize]) -> FieldSamples {

@@ -249,7 +249,9 @@ fn separation(observations: &Observations, context: &Context, [one, other]: [&Fi
         instances: other.instances.clone(),
         values: other.values.clone(),
         spreads: other.spreads.clone(),
-        nuisance: Some(vec![other.nuisance[0]; synthetic.scans.len()]),
+        nuisance: Some(
+            other.nuisance.clone().with_scans(vec![other.nuisance[0]; synthetic.scans.len()]),
+        ),
     };
     let other = fit(&synthetic, context, start, SEARCH);
     let residuals = |model: ForwardModel<'_>, nuisance: &[Nuisance]| {

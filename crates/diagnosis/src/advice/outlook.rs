@@ -57,7 +57,8 @@ pub(crate) fn outlook(
     let (possible, order) = as_observations(observations, possible, 1.0);
     let fit = &scored.fit;
     let problem = Problem::new(&possible, context, &fit.instances, &fit.values);
-    let unknowns = unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance[..1], context);
+    let unknowns =
+        unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance.of_first(), context);
     let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
     let evaluation = problem.evaluate(&numbers);
     let residuals = &evaluation.residuals;

@@ -59,6 +59,7 @@ use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
 use crate::model::observations::Observations;
 use crate::model::phases::PhaseMeaning;
+use crate::model::stated_uncertainty::StatedUncertainty;
 use crate::noise::settle::settle_scatter;
 use crate::preparation::Prepared;
 
@@ -123,7 +124,8 @@ fn diagnosed(
     let most = (MOST_ELEMENT_READINGS / prepared.observations.elements()).max(FEWEST_READINGS);
     let pairs = Pairs::of(a, b, prepared.simulator, &prepared)?.thinned(most.min(MOST_PAIRS));
     let Pairs { a: mut of_a, b: mut of_b, left_out } = pairs;
-    let context = prepared.context;
+    // Both records are of one set-up, whatever it is.
+    let context = Context { stated: StatedUncertainty::default(), ..prepared.context };
     let phase = taken_off(&mut of_a).zip(taken_off(&mut of_b)).map(|(a, b)| PhaseMeaning {
         drift_u_rad: a.drift_u_rad.hypot(b.drift_u_rad),
         each_drive: a.each_drive || b.each_drive,

@@ -21,6 +21,7 @@ use crate::model::instance::Instance;
 use crate::model::motion::Motion;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::{ObservedScan, Visit};
+use crate::model::stated_uncertainty::StatedUncertainty;
 use crate::statistics::noise_scale::NoiseScale;
 use crate::statistics::scatter::Scatter;
 
@@ -58,6 +59,7 @@ fn context() -> Context {
         highest_m: 0.14,
         dark_floor: 0.0,
         common: None,
+        stated: StatedUncertainty::default(),
         tried: None,
     }
 }

@@ -44,6 +44,7 @@ mod skew;
 mod sound_speed;
 mod spreading;
 mod standing_wave;
+pub mod stated;
 mod swapped_channels;
 mod temperature_drift;
 mod temperature_gradient;

@@ -15,6 +15,7 @@ use crate::model::instance::{Instance, Setting};
 use crate::model::motion::Motion;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::{Observations, ObservedDrive, ObservedScan, Visit};
+use crate::model::stated_uncertainty::StatedUncertainty;
 use crate::statistics::noise_scale::NoiseScale;
 use crate::statistics::scatter::Scatter;
 
@@ -48,6 +49,7 @@ impl Bench {
             highest_m: 0.15,
             dark_floor: 0.0,
             common: None,
+            stated: StatedUncertainty::default(),
             tried: None,
         };
         Self { context }

@@ -5,13 +5,14 @@ use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 use crate::effect_id::EffectId;
+use crate::fit::departures::{cost_of_departures, cost_of_spread, likeliest_spread};
 use crate::fit::left::Left;
 use crate::fit::problem::Problem;
-use crate::limits::{CARRIED, NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD, SHIFT_PRIOR_M};
+use crate::limits::{CARRIED, NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD};
 use crate::model::effect::{Context, Parameter, Search};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
-use crate::model::nuisance::Nuisance;
+use crate::model::nuisance::{Nuisance, Nuisances};
 use crate::model::observations::Observations;
 use crate::statistics::fluctuation::Fluctuation;
 
@@ -37,14 +38,18 @@ pub(crate) struct Fit {
     /// Spread of the elements' departures of each, where they are random; NaN for other effects, but for one whose prior is narrow: its width in
     /// scales of the parameters.
     pub spreads: Vec<f64>,
-    /// Gain and shift of each scan.
-    pub nuisance: Vec<Nuisance>,
+    /// What is free whatever the effects.
+    pub nuisance: Nuisances,
     /// Twice the negative log likelihood, less a constant.
     pub cost: f64,
     /// The cost less what a scatter larger than the noise adds to it.
     pub chi_square: f64,
     /// The cost with the penalties of the priors.
     pub penalised: f64,
+    /// The part of the penalties that is for the set-up: for shifts of the scans, and other departures within its stated uncertainty.
+    pub of_setup: f64,
+    /// Nats that the freedom of the set-up costs, by how much the readings narrow it.
+    pub cost_of_departures: f64,
     /// By how much the penalised cost would fall further in one step of the least squares.
     pub expected_fall: f64,
     /// What is left, by level; `None` where the noise is held, or the fit is not one of these readings.
@@ -55,15 +60,17 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// No effect, not fitted.
-    pub fn of_nothing(nuisance: Vec<Nuisance>) -> Self {
+    pub fn of_nothing(nuisance: impl Into<Nuisances>) -> Self {
         Self {
             instances: Vec::new(),
             values: Vec::new(),
             spreads: Vec::new(),
-            nuisance,
+            nuisance: nuisance.into(),
             cost: f64::INFINITY,
             chi_square: f64::INFINITY,
             penalised: f64::INFINITY,
+            of_setup: 0.0,
+            cost_of_departures: 0.0,
             expected_fall: 0.0,
             left: None,
             covariance: None,
@@ -72,7 +79,8 @@ impl Fit {
 
     /// The forward model of the fit.
     pub fn model<'c>(&self, context: &'c Context) -> ForwardModel<'c> {
-        ForwardModel::of(&self.instances, &self.values, context)
+        let Self { instances, values, nuisance, .. } = self;
+        ForwardModel::beside_departures(instances, values, &nuisance.departures, context)
     }
 
     /// The ids of the effects.
@@ -80,16 +88,10 @@ impl Fit {
         self.instances.iter().map(|instance| instance.effect.id()).collect()
     }
 
-    /// The penalty for the shifts of the scans.
-    pub fn cost_of_shifts(&self) -> f64 {
-        let shifts = self.nuisance.iter().map(|nuisance| nuisance.shift_m.norm_squared());
-        shifts.sum::<f64>() / (SHIFT_PRIOR_M.get() * SHIFT_PRIOR_M.get())
-    }
-
-    /// The cost with that penalty. A displaced origin is absorbed by the shift; only the penalty then shows that the shift is larger than
-    /// careful setting-up leaves.
-    pub fn cost_with_shifts(&self) -> f64 {
-        self.cost + self.cost_of_shifts()
+    /// The cost with the penalties for the set-up. A displaced origin is absorbed by the shift; only its penalty then shows that the shift is
+    /// larger than careful setting-up leaves.
+    pub fn cost_with_setup(&self) -> f64 {
+        self.cost + self.of_setup
     }
 
     /// The parameters of an effect; `None` without it.
@@ -146,6 +148,7 @@ impl Fit {
         self.values.remove(number);
         self.spreads.remove(number);
         self.covariance = None;
+        self.nuisance = self.nuisance.beside(&self.instances, &context.stated);
         let model = self.model(context);
         let pressures = model.pressures(observations, &self.nuisance);
         let residuals = model.residuals(observations, &pressures, &self.nuisance);
@@ -173,9 +176,8 @@ impl Fit {
     /// The same with the effects in another order.
     pub fn in_order(self, order: &[usize]) -> Self {
         let ranges = self.ranges();
-        let nuisance = Nuisance::COUNT * self.nuisance.len();
         let moved: Vec<usize> =
-            (0..nuisance).chain(order.iter().flat_map(|&n| ranges[n].clone())).collect();
+            (0..self.first()).chain(order.iter().flat_map(|&n| ranges[n].clone())).collect();
         let covariance = self.covariance.map(|covariance| {
             DMatrix::from_fn(moved.len(), moved.len(), |i, j| covariance[(moved[i], moved[j])])
         });
@@ -188,9 +190,20 @@ impl Fit {
         }
     }
 
-    /// Where the parameters of the effects' begin and end in the covariance.
+    /// Where the parameters of the effects begin in the covariance.
+    pub fn first(&self) -> usize {
+        self.departures().end
+    }
+
+    /// Where the numbers of the departures of the set-up are in the covariance.
+    pub fn departures(&self) -> Range<usize> {
+        let from = Nuisance::COUNT * self.nuisance.len();
+        from..from + self.nuisance.departures.values().map(Vec::len).sum::<usize>()
+    }
+
+    /// Where the parameters of the effects begin and end in the covariance.
     pub fn ranges(&self) -> Vec<Range<usize>> {
-        let mut from = Nuisance::COUNT * self.nuisance.len();
+        let mut from = self.first();
         self.values
             .iter()
             .map(|values| {
@@ -211,8 +224,8 @@ pub(crate) struct Start {
     pub values: Vec<Vec<f64>>,
     /// As those of a [`Fit`].
     pub spreads: Vec<f64>,
-    /// Gain and shift to begin with; without it the gain that fits best.
-    pub nuisance: Option<Vec<Nuisance>>,
+    /// What is free whatever the effects, to begin with; without it the set-up as stated, and the gain that fits best.
+    pub nuisance: Option<Nuisances>,
 }
 
 /// Fits a set of effects from a start.
@@ -262,8 +275,9 @@ fn descended(
     let Start { instances, values, spreads, nuisance } = start;
     let nuisance = nuisance.unwrap_or_else(|| {
         let near_field = context.common.as_ref().map_or(0.0, |common| common.near_field);
-        ForwardModel::of(&instances, &values, context).best_gain(observations, near_field)
+        ForwardModel::of(&instances, &values, context).best_gain(observations, near_field).into()
     });
+    let nuisance = nuisance.beside(&instances, &context.stated);
     let unknowns = unknowns(&instances, &values, &spreads, &nuisance, context);
     let problem = Problem::new(observations, context, &instances, &values);
     let mut kept = None;
@@ -292,13 +306,40 @@ fn descended(
     let freedom = unknowns.iter().enumerate().map(determined).sum();
     // Between two records the noise is that of both, which their own readings tell.
     let left = context.common.is_none().then(|| problem.left(&evaluation, freedom));
-    let nuisance = problem.nuisance(&parameters);
-    let mut rest = parameters[Nuisance::COUNT * nuisance.len()..].to_vec();
+    let spreads_found = nuisance.spreads;
+    let mut nuisance = problem.nuisances(&parameters);
+    let mut rest = parameters[problem.first()..].to_vec();
+    let of_setup = |(n, unknown): (usize, &Unknown)| match unknown.prior {
+        Some((mean, sd)) if is_of_setup(n, nuisance.len()) => ((parameters[n] - mean) / sd).powi(2),
+        _ => 0.0,
+    };
+    let of_setup = unknowns[..problem.first()].iter().enumerate().map(of_setup).sum();
+    let is_freed = |n: &usize| {
+        let is_shift = *n < Nuisance::COUNT * nuisance.len();
+        is_of_setup(*n, nuisance.len()) && (!is_shift || context.stated.has_wide_origin())
+    };
+    let freed: Vec<usize> = (0..problem.first()).filter(is_freed).collect();
+    let of_effects: Vec<usize> = (problem.first()..unknowns.len()).collect();
+    let mut cost_of_departures =
+        cost_of_departures(covariance.as_ref(), &unknowns, &freed, &of_effects);
+    for (stated, range) in problem.spread_departures() {
+        let spread = stated.spread(&spreads_found);
+        cost_of_departures += cost_of_spread(spread, stated.priors[0].1);
+        let square = |n: usize| {
+            parameters[n].powi(2) + covariance.as_ref().map_or(0.0, |covariance| covariance[(n, n)])
+        };
+        // For the fits that go on from here.
+        let squares = range.clone().map(square).sum();
+        let now = likeliest_spread(squares, range.len(), stated.priors[0].1);
+        nuisance.spreads.insert(stated.id(), now);
+    }
     let values = problem.lengths.iter().map(|&length| rest.drain(..length).collect()).collect();
     Fit {
         cost: residuals.cost(),
         chi_square: residuals.chi_square(),
         penalised: penalised - constant,
+        of_setup,
+        cost_of_departures,
         expected_fall,
         left,
         instances,
@@ -309,20 +350,20 @@ fn descended(
     }
 }
 
-/// The unknowns of a fit: nuisance first, then the effects' parameters.
+/// The unknowns of a fit: nuisance first, with the departures of the set-up, then the effects' parameters.
 pub(crate) fn unknowns(
     instances: &[Instance],
     values: &[Vec<f64>],
     spreads: &[f64],
-    nuisance: &[Nuisance],
+    nuisance: &Nuisances,
     context: &Context,
 ) -> Vec<Unknown> {
     let mut unknowns = Vec::new();
     let (shift_m, near_field) = match &context.common {
-        None => (SHIFT_PRIOR_M.get(), NEAR_FIELD_PRIOR),
+        None => (context.stated.origin_m(), NEAR_FIELD_PRIOR),
         Some(common) => (REPEATED_PLACE_M, (common.near_field, SAME_NEAR_FIELD)),
     };
-    for nuisance in nuisance {
+    for nuisance in nuisance.iter() {
         unknowns.push(Unknown {
             start: nuisance.log_gain,
             scale: GAIN_SCALE,
@@ -335,21 +376,49 @@ pub(crate) fn unknowns(
         let (start, prior) = (nuisance.near_field, Some(near_field));
         unknowns.push(Unknown { start, scale: NEAR_FIELD_SCALE, prior, range: None });
     }
+    for departure in context.stated.beside(instances) {
+        let values = &nuisance.departures[&departure.id()];
+        let Instance { effect, choice } = &departure.instance;
+        let is_random = departure.is_of_elements();
+        let spread = departure.spread(&nuisance.spreads);
+        let mut parameters = effect.parameters_of(choice).iter();
+        for (&start, &prior) in values.iter().zip(&departure.priors) {
+            unknowns.push(match parameters.next().filter(|_| !is_random) {
+                Some(parameter) => Unknown { prior: Some(prior), ..unknown(start, parameter, 1.0) },
+                None => of_element(start, (0.0, spread)),
+            });
+        }
+    }
+    unknowns.extend(unknowns_of_effects(instances, values, spreads));
+    unknowns
+}
+
+/// Those of the effects alone.
+pub(crate) fn unknowns_of_effects(
+    instances: &[Instance],
+    values: &[Vec<f64>],
+    spreads: &[f64],
+) -> Vec<Unknown> {
+    let mut unknowns = Vec::new();
     for ((instance, values), spread) in instances.iter().zip(values).zip(spreads) {
         if instance.effect.search() == Search::Random {
-            let prior = Some((0.0, *spread));
-            unknowns.extend(values.iter().map(|&start| Unknown {
-                start,
-                scale: 0.01,
-                prior,
-                range: None,
-            }));
+            unknowns.extend(values.iter().map(|&start| of_element(start, (0.0, *spread))));
         } else {
             let parameters = instance.effect.parameters_of(&instance.choice);
             unknowns.extend(values.iter().zip(parameters).map(|(v, p)| unknown(*v, p, *spread)));
         }
     }
     unknowns
+}
+
+/// The departure of one element.
+fn of_element(start: f64, prior: (f64, f64)) -> Unknown {
+    Unknown { start, scale: 0.01, prior: Some(prior), range: None }
+}
+
+/// Whether a number of what is free in every fit is one of the set-up: neither gain nor near field of one of so many scans.
+fn is_of_setup(number: usize, scans: usize) -> bool {
+    number >= Nuisance::COUNT * scans || (1..=3).contains(&(number % Nuisance::COUNT))
 }
 
 /// `scales` is the width of the prior, in scales of the parameter, where it has one.

@@ -8,6 +8,7 @@
 //! - [`score_statistic`]: what the readings say of an effect before it is fitted.
 
 pub mod any;
+pub mod departures;
 pub mod joint_fit;
 pub mod left;
 pub mod problem;

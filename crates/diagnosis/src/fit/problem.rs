@@ -9,12 +9,13 @@ use std::sync::{Arc, OnceLock};
 use crate::fit::left::Left;
 use crate::model::effect::{Context, Effect, Search, Stage};
 use crate::model::forward_model::{ForwardModel, Pressures};
-use crate::model::instance::{Instance, Setting};
-use crate::model::nuisance::Nuisance;
+use crate::model::instance::{Active, Instance, Setting};
+use crate::model::nuisance::{Nuisance, Nuisances};
 use crate::model::observations::Observations;
 use crate::model::phases::PhaseResiduals;
 use crate::model::pressure::Pressure;
 use crate::model::residuals::Residuals;
+use crate::model::stated_uncertainty::StatedDeparture;
 
 /// Share of a parameter's scale that its difference quotient steps: far above rounding, far below curvature.
 pub(crate) const DIFFERENCE: f64 = 1e-3;
@@ -24,6 +25,8 @@ pub(crate) struct Problem<'o> {
     observations: &'o Observations,
     context: &'o Context,
     instances: &'o [Instance],
+    /// Departures of the set-up beside them.
+    stated: Vec<&'o StatedDeparture>,
     /// How many parameters each effect has.
     pub lengths: Vec<usize>,
     /// The last evaluation.
@@ -54,8 +57,52 @@ impl<'o> Problem<'o> {
         instances: &'o [Instance],
         values: &[Vec<f64>],
     ) -> Self {
+        let stated = context.stated.beside(instances).collect();
         let lengths = values.iter().map(Vec::len).collect();
-        Self { observations, context, instances, lengths, last: RefCell::new(None) }
+        Self { observations, context, instances, stated, lengths, last: RefCell::new(None) }
+    }
+
+    /// The same with the departures of the set-up that are beside other effects.
+    pub fn with_departures_beside(self, others: &'o [Instance]) -> Self {
+        Self { stated: self.context.stated.beside(others).collect(), ..self }
+    }
+
+    /// How many numbers are free whatever the effects.
+    pub fn first(&self) -> usize {
+        self.departures().end
+    }
+
+    /// Which numbers are those of the departures of the set-up.
+    fn departures(&self) -> Range<usize> {
+        let from = Nuisance::COUNT * self.observations.scans.len();
+        from..from + self.stated.iter().map(|departure| departure.priors.len()).sum::<usize>()
+    }
+
+    /// Departures of single elements, each with its numbers.
+    pub fn spread_departures(&self) -> impl Iterator<Item = (&'o StatedDeparture, Range<usize>)> {
+        let stated = self.stated.iter().copied().zip(self.parts().map(|(_, range)| range));
+        stated.filter(|(departure, _)| departure.is_of_elements())
+    }
+
+    /// The departures of the set-up, then the effects, each with its numbers.
+    fn parts(&self) -> impl Iterator<Item = (&Instance, Range<usize>)> {
+        let stated = self.stated.iter().map(|of| (&of.instance, of.priors.len()));
+        let effects = self.instances.iter().zip(self.lengths.iter().copied());
+        let mut end = self.departures().start;
+        stated.chain(effects).map(move |(instance, length)| {
+            end += length;
+            (instance, end - length..end)
+        })
+    }
+
+    /// What is free whatever the effects, at a point.
+    pub fn nuisances(&self, numbers: &[f64]) -> Nuisances {
+        let mut all = Nuisances::from(self.nuisance(numbers));
+        let stated = self.parts().take(self.stated.len());
+        let stated =
+            stated.map(|(instance, range)| (instance.effect.id(), numbers[range].to_vec()));
+        all.departures = stated.collect();
+        all
     }
 
     /// Gain and shift of each scan at a point.
@@ -67,14 +114,10 @@ impl<'o> Problem<'o> {
     }
 
     fn model(&self, numbers: &[f64]) -> ForwardModel<'o> {
-        let mut rest = &numbers[Nuisance::COUNT * self.observations.scans.len()..];
-        let mut values = Vec::with_capacity(self.lengths.len());
-        for &length in &self.lengths {
-            let (of_effect, after) = rest.split_at(length);
-            values.push(of_effect.to_vec());
-            rest = after;
-        }
-        ForwardModel::of(self.instances, &values, self.context)
+        let active = self
+            .parts()
+            .map(|(instance, range)| Active::new(instance, &numbers[range], self.context));
+        ForwardModel::of_active(active, self.context)
     }
 
     fn pressures(&self, numbers: &[f64]) -> Pressures {
@@ -83,14 +126,7 @@ impl<'o> Problem<'o> {
 
     /// The effect of a number; `None` for gain, shift and near field.
     fn effect(&self, number: usize) -> Option<&'static dyn Effect> {
-        let mut end = Nuisance::COUNT * self.observations.scans.len();
-        if number < end {
-            return None;
-        }
-        let of_number = self.instances.iter().zip(&self.lengths).find(|(_, length)| {
-            end += **length;
-            number < end
-        });
+        let of_number = self.parts().find(|(_, range)| range.contains(&number));
         of_number.map(|(instance, _)| instance.effect)
     }
 
@@ -160,16 +196,13 @@ impl<'o> Problem<'o> {
     }
 
     fn plausible(&self, numbers: &[f64]) -> bool {
-        let mut at = Nuisance::COUNT * self.observations.scans.len();
-        self.instances.iter().zip(&self.lengths).all(|(instance, length)| {
-            let values = &numbers[at..at + length];
-            at += length;
-            is_plausible(self.observations, self.context, instance, values)
+        self.parts().all(|(instance, range)| {
+            is_plausible(self.observations, self.context, instance, &numbers[range])
         })
     }
 
-    /// Residuals and derivatives. Derivatives by the scans' shifts change little between iterations and are taken from `kept` if it holds
-    /// them.
+    /// Residuals and derivatives. Derivatives by the scans' shifts, and by departures of the set-up but those of single elements, change little
+    /// between iterations and are taken from `kept` if it holds them.
     pub fn linearise(
         &self,
         numbers: &[f64],
@@ -178,12 +211,14 @@ impl<'o> Problem<'o> {
     ) -> Linearisation {
         let evaluation = self.evaluate(numbers);
         let of = |range| self.columns(numbers, unknowns, range, &evaluation);
-        let nuisance = Nuisance::COUNT * self.observations.scans.len();
+        let nuisance = self.first();
         let mut columns = match kept.take().filter(|kept| kept[0].len() == evaluation.squared.len())
         {
             Some(mut columns) => {
-                for gain in (0..nuisance).step_by(Nuisance::COUNT) {
-                    columns[gain] = of(gain..gain + 1).remove(0);
+                let gains = (0..self.departures().start).step_by(Nuisance::COUNT);
+                let of_elements = self.spread_departures().map(|(_, range)| range);
+                for range in gains.map(|gain| gain..gain + 1).chain(of_elements) {
+                    columns.splice(range.clone(), of(range));
                 }
                 columns
             }
@@ -346,15 +381,8 @@ impl<'o> Problem<'o> {
 
     /// The ranges of the numbers that are departures of single elements.
     fn random_ranges(&self) -> Vec<Range<usize>> {
-        let mut at = Nuisance::COUNT * self.observations.scans.len();
-        let mut ranges = Vec::new();
-        for (instance, length) in self.instances.iter().zip(&self.lengths) {
-            if instance.effect.search() == Search::Random {
-                ranges.push(at..at + length);
-            }
-            at += length;
-        }
-        ranges
+        let random = self.parts().filter(|(part, _)| part.effect.search() == Search::Random);
+        random.map(|(_, range)| range).collect()
     }
 
     fn contributions<'l>(
@@ -491,7 +519,7 @@ mod tests {
         let instances = [EffectId::SoundSpeed, EffectId::PositionJitter]
             .map(|id| Instance { effect: effect(id), choice: Choice::None });
         let values = [vec![1.01], vec![0.004, 0.002, 0.004]];
-        let nuisance = [Nuisance::from_slice(&[0.0; Nuisance::COUNT])];
+        let nuisance = vec![Nuisance::from_slice(&[0.0; Nuisance::COUNT])].into();
         let spreads = [f64::NAN; 2];
         let unknowns = unknowns(&instances, &values, &spreads, &nuisance, &bench.context);
         let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
@@ -541,7 +569,7 @@ mod tests {
             let instances = [EffectId::SoundSpeed, EffectId::ElementPhase]
                 .map(|id| Instance { effect: effect(id), choice: Choice::None });
             let values = [vec![1.0021], vec![0.0; observations.elements()]];
-            let nuisance = [Nuisance::from_slice(&[0.01, 1e-5, -1e-5, 1e-5, 0.05])];
+            let nuisance = vec![Nuisance::from_slice(&[0.01, 1e-5, -1e-5, 1e-5, 0.05])].into();
             let unknowns =
                 unknowns(&instances, &values, &[f64::NAN, 0.1], &nuisance, &bench.context);
             let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();

@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 
+use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, Start, fit, fit_beside};
 use crate::limits::{MOST_OUTSTANDING, OUTSTANDING, RESTARTS};
 use crate::model::effect::{Context, PerElement, Search};
@@ -83,17 +84,11 @@ pub(crate) fn from_elsewhere(
 }
 
 /// Large departures may be faults of single elements. Returns the elements that stand out, as sets of one to three or as pairs, each with
-/// the values of the fit without their departures.
-pub(crate) fn in_place_of_departures(
-    fit: &Fit,
-    search: Search,
-) -> Vec<(Vec<usize>, Vec<Vec<f64>>)> {
-    let random: Vec<usize> = (0..fit.instances.len())
-        .filter(|&number| fit.instances[number].effect.search() == Search::Random)
-        .collect();
+/// the fit without their departures.
+pub(crate) fn in_place_of_departures(fit: &Fit, search: Search) -> Vec<(Vec<usize>, Fit)> {
     let mut outstanding: Vec<(f64, usize)> = Vec::new();
-    for &number in &random {
-        let sizes: Vec<f64> = fit.values[number].iter().map(|value| value.abs()).collect();
+    for departures in of_elements(&mut fit.clone()) {
+        let sizes: Vec<f64> = departures.iter().map(|value| value.abs()).collect();
         let mut sorted = sizes.clone();
         sorted.sort_by(f64::total_cmp);
         // Half of all normal numbers are within 0.67 standard deviations.
@@ -120,21 +115,35 @@ pub(crate) fn in_place_of_departures(
     };
     let without = |mut set: Vec<usize>| {
         set.sort_unstable();
-        let mut values = fit.values.clone();
-        for &number in &random {
-            set.iter().for_each(|&n| values[number][n] = 0.0);
+        let mut fit = fit.clone();
+        for departures in of_elements(&mut fit) {
+            set.iter().for_each(|&n| departures[n] = 0.0);
         }
-        (set, values)
+        (set, fit)
     };
     sets.into_iter().map(without).collect()
+}
+
+/// The departures of single elements of a fit, those of the set-up included.
+fn of_elements(fit: &mut Fit) -> Vec<&mut Vec<f64>> {
+    let Fit { instances, values, nuisance, .. } = fit;
+    let effects = instances.iter().zip(values);
+    let effects = effects.filter(|(instance, _)| instance.effect.search() == Search::Random);
+    let is_of_elements =
+        |id: &EffectId| [EffectId::ElementGain, EffectId::ElementPhase].contains(id);
+    let stated = nuisance.departures.iter_mut().filter(|(id, _)| is_of_elements(id));
+    effects.map(|(_, values)| values).chain(stated.map(|(_, values)| values)).collect()
 }
 
 /// A fit without its elements' departures of phase, which may be rounding of the driver; `None` if it has none.
 pub(crate) fn without_phases(fit: &Fit) -> Option<Fit> {
     let of_phases = |instance: &Instance| instance.effect.facts().per_element == PerElement::Phase;
-    let number = fit.instances.iter().position(of_phases)?;
     let mut without = fit.clone();
-    without.values[number].fill(0.0);
+    let departures = match fit.instances.iter().position(of_phases) {
+        Some(number) => &mut without.values[number],
+        None => without.nuisance.departures.get_mut(&EffectId::ElementPhase)?,
+    };
+    departures.fill(0.0);
     Some(without)
 }
 

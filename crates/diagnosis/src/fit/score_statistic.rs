@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use num_complex::Complex64;
 use std::sync::{Arc, OnceLock};
 
-use crate::fit::joint_fit::{Fit, unknowns};
+use crate::fit::joint_fit::{Fit, unknowns, unknowns_of_effects};
 use crate::fit::problem::{Evaluation, Problem};
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
@@ -102,10 +102,12 @@ impl<'o> ScoreStatistics<'o> {
         instances.push(Instance { effect, choice: Choice::None });
         let mut all = self.fit.values.clone();
         all.push(values.to_vec());
-        let mut spreads = self.fit.spreads.clone();
-        spreads.push(1.0);
-        let problem = Problem::new(self.observations, self.context, &instances, &all);
-        let unknowns = unknowns(&instances, &all, &spreads, &self.fit.nuisance, self.context);
+        // A departure of the set-up of the same kind stays beside it.
+        let problem = Problem::new(self.observations, self.context, &instances, &all)
+            .with_departures_beside(&self.fit.instances);
+        let mut unknowns = self.unknowns.clone();
+        let last = self.fit.instances.len();
+        unknowns.extend(unknowns_of_effects(&instances[last..], &all[last..], &[1.0]));
         let mut numbers = self.numbers.clone();
         numbers.extend(values);
         let range = self.numbers.len()..numbers.len();
@@ -116,12 +118,15 @@ impl<'o> ScoreStatistics<'o> {
     pub fn smooth_columns(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
         let nuisance = Nuisance::NAMES.into_iter().cycle();
         let nuisance = nuisance.take(Nuisance::COUNT * self.fit.nuisance.len());
-        let of_effects = self.fit.instances.iter().zip(&self.fit.values);
-        let of_effects = of_effects.flat_map(|(instance, values)| {
-            let name = Some(instance.effect.id().as_str())
-                .filter(|_| instance.effect.search() != Search::Random);
-            values.iter().map(move |_| name)
-        });
+        let Fit { instances, values, nuisance: beside, .. } = self.fit;
+        let stated = self.context.stated.beside(instances);
+        let stated = stated.map(|of| (&of.instance, &beside.departures[&of.id()]));
+        let of_effects =
+            stated.chain(instances.iter().zip(values)).flat_map(|(instance, values)| {
+                let name = Some(instance.effect.id().as_str())
+                    .filter(|_| instance.effect.search() != Search::Random);
+                values.iter().map(move |_| name)
+            });
         let names = nuisance.map(Some).chain(of_effects);
         names
             .zip(&self.linear.columns)

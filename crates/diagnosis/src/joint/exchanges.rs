@@ -17,7 +17,7 @@ use crate::joint::widths::{all_beside, joins};
 use crate::limits::{ANOTHER_EFFECT, MOST_CLIMBS, MOST_EXCHANGES};
 use crate::model::effect::{Context, Search};
 use crate::model::instance::Instance;
-use crate::model::nuisance::Nuisance;
+use crate::model::nuisance::{Nuisance, Nuisances};
 use crate::model::observations::Observations;
 use crate::selection::evidence::{cost_of_freedom, cost_of_likeness};
 
@@ -110,7 +110,7 @@ impl QuadraticCost {
         let problem = Problem::new(observations, context, &start.instances, &start.values);
         let Linearisation { residuals, columns } = problem.linearise(&at, &unknowns, &mut None);
         let mut groups = Vec::new();
-        let mut beside: Vec<usize> = (0..Nuisance::COUNT * nuisance.len()).collect();
+        let mut beside: Vec<usize> = (0..problem.first()).collect();
         let mut own = Vec::new();
         let mut from = beside.len();
         for (number, (instance, values)) in start.instances.iter().zip(&start.values).enumerate() {
@@ -304,10 +304,14 @@ impl QuadraticCost {
         let beside = self.beside_at(&departures);
         let mut beside = beside.iter().copied();
         let Start { instances, spreads, nuisance, values } = &self.start;
-        let scans = nuisance.as_ref().map_or(0, Vec::len);
+        let scans = nuisance.as_ref().map_or(0, |nuisance| nuisance.len());
         let of_scan =
             |_| Nuisance::from_slice(&beside.by_ref().take(Nuisance::COUNT).collect::<Vec<_>>());
-        let nuisance = (0..scans).map(of_scan).collect();
+        let mut nuisance = Nuisances::from((0..scans).map(of_scan).collect::<Vec<_>>());
+        for departure in context.stated.beside(instances) {
+            let values = beside.by_ref().take(departure.priors.len()).collect();
+            nuisance.departures.insert(departure.id(), values);
+        }
         let exchanged = |number: usize| self.groups.iter().find(|group| group.number == number);
         let mut start =
             Start { instances: vec![], values: vec![], spreads: vec![], nuisance: Some(nuisance) };
@@ -371,7 +375,7 @@ mod tests {
                 .to_vec(),
             values: EFFECTS.map(|id| effect(id).neutral()).to_vec(),
             spreads: vec![f64::NAN; 4],
-            nuisance: Some(vec![]),
+            nuisance: Some(Nuisances::default()),
         };
         let across = DMatrix::from_fn(1, 4, |_, j| block(0, j + 1));
         let carried = &across / block(0, 0);

@@ -216,7 +216,8 @@ fn by_size(fit: Fit, observations: &Observations, context: &Context) -> Fit {
             let mut less = fit.without(number);
             let model = less.model(context);
             // Beside its own gain: a change of the level is no gap.
-            less.nuisance = model.best_gain_beside(observations, &less.nuisance);
+            let scans = model.best_gain_beside(observations, &less.nuisance);
+            less.nuisance = less.nuisance.with_scans(scans);
             let less = on_scale(&less, observations, context);
             let changes = whole.iter().zip(&less);
             changes

@@ -8,7 +8,6 @@ use crate::fit::joint_fit::Fit;
 use crate::fit::random_elements::best_spread;
 use crate::model::effect::Search;
 use crate::model::instance::Instance;
-use crate::model::nuisance::Nuisance;
 
 /// Scales of a smooth effect's parameters in one unit of the search for a spread, which begins at a thousandth and ends at two: from half a
 /// scale to a thousand.
@@ -45,7 +44,7 @@ impl Posterior {
     /// Of a fit whose effects all have a prior of their own. Effects without numbers have no part in it; `None` where the covariance is not known.
     pub fn of(fit: &Fit) -> Option<Self> {
         let covariance = fit.covariance.as_ref()?;
-        let nuisance = Nuisance::COUNT * fit.nuisance.len();
+        let nuisance = fit.first();
         let mut mean = vec![0.0; nuisance];
         let mut units = vec![1.0; nuisance];
         let mut members = Vec::new();

@@ -30,6 +30,7 @@ use super::instance::{Instance, Setting};
 use super::mirror::Mirror;
 use super::observations::{Observations, Visit};
 use super::pressure::Pressure;
+use super::stated_uncertainty::StatedUncertainty;
 use crate::effect_id::EffectId;
 use crate::fitted_parameter::FittedParameter;
 use crate::remedy::Remedy;
@@ -210,6 +211,8 @@ pub(crate) struct Context {
     pub dark_floor: f64,
     /// What is known from another record of the same rig, and held; `None` where the set-up alone is believed.
     pub common: Option<Common>,
+    /// How well the set-up is known.
+    pub stated: StatedUncertainty,
     /// The only effects that are tried; without it, all.
     pub tried: Option<BTreeSet<EffectId>>,
 }

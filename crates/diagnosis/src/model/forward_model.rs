@@ -6,6 +6,7 @@
 //! backwards.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
@@ -22,6 +23,7 @@ use super::nuisance::Nuisance;
 use super::observations::{Driven, Observations, ObservedDrive, Visit};
 use super::pressure::Pressure;
 use super::waves::Waves;
+use crate::effect_id::EffectId;
 
 /// The believed set-up with some effects added.
 #[derive(Clone)]
@@ -61,12 +63,31 @@ impl<'c> ForwardModel<'c> {
 
     /// A set of effects, each with its values, beside those that are known from another record.
     pub fn of(instances: &[Instance], values: &[Vec<f64>], context: &'c Context) -> Self {
+        let active = instances.iter().zip(values);
+        let active = active.map(|(instance, values)| Active::new(instance, values, context));
+        Self::of_active(active, context)
+    }
+
+    /// These effects, beside those that are known from another record.
+    pub fn of_active(active: impl Iterator<Item = Active<'c>>, context: &'c Context) -> Self {
         let common = context.common.iter().flat_map(|common| &common.effects);
-        let common = common.map(|(instance, values)| (instance, values));
-        let active = common.chain(instances.iter().zip(values));
-        Self::with(
-            active.map(|(instance, values)| Active::new(instance, values, context)).collect(),
-        )
+        let common = common.map(|(instance, values)| Active::new(instance, values, context));
+        Self::with(common.chain(active).collect())
+    }
+
+    /// The same beside departures of the set-up within its stated uncertainty.
+    pub fn beside_departures(
+        instances: &[Instance],
+        values: &[Vec<f64>],
+        departures: &BTreeMap<EffectId, Vec<f64>>,
+        context: &'c Context,
+    ) -> Self {
+        let stated = context.stated.beside(instances);
+        let stated = stated
+            .filter_map(|departure| Some((&departure.instance, departures.get(&departure.id())?)));
+        let all = stated.chain(instances.iter().zip(values));
+        let active = all.map(|(instance, values)| Active::new(instance, values, context));
+        Self::of_active(active, context)
     }
 
     /// The same and one more effect.

@@ -24,4 +24,5 @@ pub mod planes;
 pub mod pressure;
 pub mod receiver;
 pub mod residuals;
+pub mod stated_uncertainty;
 pub mod waves;

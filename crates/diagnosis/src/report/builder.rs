@@ -17,11 +17,12 @@ use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
 use crate::report::maps::{Plotted, maps};
 use crate::report::sentence::{Basis, Gaps};
+use crate::report::within_uncertainty::findings;
 use crate::residual_structure::ResidualStructure;
 use crate::residual_structure::test::Test;
 use crate::result::{
     Candidate, Diagnosis, NextMeasurement, PhaseFigures, Remainder, ResidualTest, Verdict,
-    WaterfallStep,
+    WaterfallStep, WithinUncertainty,
 };
 use crate::selection::scored_model::ScoredModel;
 use crate::verdict::gap_budget::gap_budget;
@@ -87,6 +88,7 @@ impl ReportBuilder<'_> {
             let tried = if tried.is_empty() { "none".to_owned() } else { joined(&tried, ", ") };
             format!("Of the catalogue only a part was tried ({tried}): another effect may explain the gap as well or better.")
         });
+        let uncertainty = self.uncertainty();
         Diagnosis {
             format: 1,
             scan: scans[0].setup.name.clone(),
@@ -104,6 +106,7 @@ impl ReportBuilder<'_> {
                 gaps: &gaps,
                 remainder: remainder.as_ref(),
                 all_tried: context.tried.is_none(),
+                uncertainty: uncertainty.as_ref(),
             }
             .sentence(),
             remainder,
@@ -115,6 +118,7 @@ impl ReportBuilder<'_> {
             held_out_block_mm: held_out.block_m.map(|m| (1e4 * m).round() / 10.0),
             noise_floor: gaps.noise,
             elements: None,
+            uncertainty,
             explained_fraction: gaps.explained_fraction(ranked[0].gap_after_held_out),
             r#where: gap_budget(observations, &nuisance, &before, &after),
             next_measurement: self.advice(),
@@ -178,6 +182,17 @@ impl ReportBuilder<'_> {
             Verdict::Ambiguous => (Vec::new(), named.collect()),
             Verdict::Unexplained | Verdict::None => (Vec::new(), Vec::new()),
         }
+    }
+
+    /// What the set-up as stated explains within its uncertainty, where that is stated.
+    fn uncertainty(&self) -> Option<WithinUncertainty> {
+        let Self { observations, context, scored, .. } = self;
+        let departures = findings(&scored[0].fit, context);
+        let alone = scored.iter().find(|scored| scored.fit.instances.is_empty());
+        let alone = alone.filter(|_| context.stated.is_any())?;
+        let expected =
+            alone.fit.model(context).expected_readings(observations, &alone.fit.nuisance);
+        Some(WithinUncertainty { gap: gap(observations, &expected), departures })
     }
 
     fn noise(&self) -> Noise {

@@ -7,3 +7,4 @@
 pub mod builder;
 pub mod maps;
 pub mod sentence;
+pub mod within_uncertainty;

@@ -5,7 +5,7 @@ use fieldgap_text::{listed, percent};
 use crate::effect_id::EffectId;
 use crate::residual_structure::ResidualStructure;
 use crate::residual_structure::test::Test;
-use crate::result::{Candidate, Remainder, Verdict};
+use crate::result::{Candidate, Remainder, Verdict, WithinUncertainty};
 use crate::verdict::judgement::Judgement;
 
 /// Gaps relative to the scan's root mean square.
@@ -56,6 +56,8 @@ pub(crate) struct Basis<'b> {
     pub remainder: Option<&'b Remainder>,
     /// Whether all effects of the catalogue were tried.
     pub all_tried: bool,
+    /// What the stated uncertainty of the set-up explains, where it is stated.
+    pub uncertainty: Option<&'b WithinUncertainty>,
 }
 
 impl Basis<'_> {
@@ -111,9 +113,15 @@ impl Basis<'_> {
                 }
             }
             Verdict::Unexplained => self.unexplained(&gap, &ranked[0]),
-            Verdict::None => {
-                format!("{gap} is no gap beyond noise: the nominal set-up explains the scan.")
-            }
+            Verdict::None => match self.uncertainty {
+                Some(WithinUncertainty { gap: alone, .. }) => format!(
+                    "{gap} is within the uncertainty that is stated for the set-up, which explains it but for {}.",
+                    percent(*alone)
+                ),
+                None => {
+                    format!("{gap} is no gap beyond noise: the nominal set-up explains the scan.")
+                }
+            },
         }
     }
 

@@ -71,7 +71,7 @@ fn drives<'o>(
     observations: &'o Observations,
     fit: &'o Fit,
 ) -> impl Iterator<Item = (&'o ObservedDrive, &'o Nuisance)> {
-    let scans = observations.scans.iter().zip(&fit.nuisance);
+    let scans = observations.scans.iter().zip(fit.nuisance.iter());
     scans.flat_map(|(scan, nuisance)| scan.drives.iter().map(move |drive| (drive, nuisance)))
 }
 

@@ -70,7 +70,7 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             .map_or(1.0, |cholesky| departures.dot(&cholesky.solve(&departures)).sqrt());
         log -= cost_of_freedom(values.len(), size / deviation_ratio);
     }
-    log -= cost_of_likeness_of(fit);
+    log -= cost_of_likeness_of(fit) + fit.cost_of_departures;
     log + log_prior(fit.instances.len(), fit.physical_effects())
 }
 

@@ -104,8 +104,8 @@ impl Extension {
                 // Each fitted number gains one by chance, which does not grow.
                 let by_chance = fit.values.last().map_or(0, Vec::len) as f64;
                 let of_readings = share * (base.coarse_cost - fit.cost - by_chance);
-                let of_shifts = base.scored.fit.cost_of_shifts() - fit.cost_of_shifts();
-                0.5 * (of_readings + of_shifts) + base.scored.log_evidence
+                let of_setup = base.scored.fit.of_setup - fit.of_setup;
+                0.5 * (of_readings + of_setup) + base.scored.log_evidence
             })
             .collect();
         let mut best_first = estimates.clone();
@@ -224,7 +224,11 @@ impl<'o> Base<'o> {
     fn keeps_slopes(&self, effect: &'static dyn Effect) -> bool {
         let is_random = |instance: &Instance| instance.effect.search() == Search::Random;
         let is_of_elements = matches!(effect.search(), Search::Sets | Search::Exchanges);
-        !is_of_elements || !self.scored.fit.instances.iter().any(is_random)
+        let stated = &self.scores.context.stated;
+        let elements_depart =
+            stated.holds_elements() || self.scored.fit.instances.iter().any(is_random);
+        // An effect takes the place of the departure of its kind.
+        !(stated.holds(effect.id()) || is_of_elements && elements_depart)
     }
 
     /// The set with one more effect, if these readings cannot show it. Far from them the score statistic is unreliable.
@@ -258,13 +262,13 @@ impl<'o> Base<'o> {
         let neutral = effect.neutral();
         let begins_there = effect.starts(context).contains(&neutral);
         let slope_leads = self.near && begins_there && !effect.begins_flat(context);
-        let start = |beginning: Beginning, values: &[Vec<f64>]| {
-            let mut values = values.to_vec();
+        let start = |beginning: Beginning, from: &Fit| {
+            let mut values = from.values.clone();
             values.push(beginning.values);
             let mut spreads = before.spreads.clone();
             spreads.push(f64::NAN);
             let instances = extended(before, effect, beginning.choice);
-            let nuisance = Some(before.nuisance.clone());
+            let nuisance = Some(from.nuisance.clone());
             Start { instances, values, spreads, nuisance }
         };
         let plausible = |beginning: &Beginning| {
@@ -276,19 +280,19 @@ impl<'o> Base<'o> {
             beginnings(effect, &self.quick, &self.scores, slope_leads, context)
                 .into_iter()
                 .filter(plausible)
-                .map(|beginning| (start(beginning, &before.values), known))
+                .map(|beginning| (start(beginning, before), known))
                 .collect();
         // Phases fitted to each element may contain the effect of phase steps or of an exchange.
         let of_phases = matches!(effect.search(), Search::Steps | Search::Exchanges);
         if let Some(without) = without_phases(before).filter(|_| of_phases) {
             let scored = QuickScores::of(&without, self.scores.observations, context);
             let others = beginnings(effect, &scored, &self.scores, slope_leads, context);
-            let others = others.into_iter().map(|other| start(other, &without.values));
+            let others = others.into_iter().map(|other| start(other, &without));
             starts.extend(others.map(|start| (start, [].as_slice())));
         }
-        for (elements, values) in in_place_of_departures(before, effect.search()) {
+        for (elements, without) in in_place_of_departures(before, effect.search()) {
             let choice = Choice::Elements(elements);
-            starts.push((start(Beginning { choice, values: Vec::new() }, &values), &[]));
+            starts.push((start(Beginning { choice, values: Vec::new() }, &without), &[]));
         }
         let stopping = if starts.len() > 1 { FIRST_STEPS } else { ROUGH };
         let best = starts

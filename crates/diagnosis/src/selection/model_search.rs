@@ -253,7 +253,7 @@ impl ModelSearch {
     /// The gap of the believed set-up in chi-square. (A failed fit of another set may leave more.)
     fn gap(&self, n: f64) -> f64 {
         let believed = self.scored.iter().find(|scored| scored.fit.instances.is_empty());
-        believed.expect("it is part of every set").fit.cost_with_shifts() - n
+        believed.expect("it is part of every set").fit.cost_with_setup() - n
     }
 
     /// Tries every other effect in place of each effect of the best set: the best single effect need not be part of the best set.
@@ -361,7 +361,7 @@ pub(crate) fn in_question(scored: &[ScoredModel]) -> Vec<ScoredModel> {
 /// departures need not explain more than they do.
 fn explains_more(smaller: &Fit, larger: &Fit, gap: f64, n: f64) -> bool {
     let gap = if smaller.fluctuation().0 > 0.0 { gap.min(n) } else { gap };
-    let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_shifts);
+    let [smaller_cost, larger_cost] = [smaller, larger].map(Fit::cost_with_setup);
     let material = match gap > VERY_LARGE * n {
         true => smaller_cost.max(n) - larger_cost.max(n) > MATERIAL_OF_VERY_LARGE * gap,
         false => smaller_cost - larger_cost > MATERIAL.get() * gap,
@@ -390,6 +390,7 @@ fn sort(scored: &mut [ScoredModel]) {
 mod tests {
     use super::*;
     use crate::effects::effect;
+    use crate::limits::SHIFT_PRIOR_M;
     use crate::model::instance::Instance;
     use crate::model::nuisance::Nuisance;
 
@@ -399,7 +400,9 @@ mod tests {
         nuisance.shift_m.x = shift_m;
         let instances: Vec<Instance> = id.map(instance).into_iter().collect();
         let (values, spreads) = instances.iter().map(|_| (Vec::new(), f64::NAN)).unzip();
-        let fit = Fit { instances, values, spreads, cost, ..Fit::of_nothing(vec![nuisance]) };
+        let of_setup = (shift_m / SHIFT_PRIOR_M.get()).powi(2);
+        let nothing = Fit { of_setup, ..Fit::of_nothing(vec![nuisance]) };
+        let fit = Fit { instances, values, spreads, cost, ..nothing };
         ScoredModel { fit, log_evidence: -0.5 * cost, unseen: 0.0 }
     }
 

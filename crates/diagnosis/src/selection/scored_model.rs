@@ -3,11 +3,15 @@
 use std::collections::HashSet;
 
 use crate::effect_id::EffectId;
+use crate::fit::any::refined;
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::limits::NEAR;
 use crate::model::effect::Context;
 use crate::model::observations::Observations;
 use crate::selection::evidence::log_evidence;
+
+/// Fits after which the spread of elements within a stated uncertainty is settled to a percent.
+const SPREADS_SETTLE: usize = 3;
 
 /// Whether a fit leaves little more than noise and its own scatter.
 pub(crate) fn is_near(fit: &Fit, observations: &Observations) -> bool {
@@ -52,7 +56,14 @@ pub(crate) fn sorted_ids(fit: &Fit) -> Vec<EffectId> {
 /// The believed set-up with nothing added.
 pub(crate) fn believed(observations: &Observations, context: &Context) -> ScoredModel {
     let start = Start { instances: vec![], values: vec![], spreads: vec![], nuisance: None };
-    ScoredModel::of(fit(observations, context, start, SEARCH), observations)
+    let mut fit = fit(observations, context, start, SEARCH);
+    if context.stated.holds_elements() {
+        // How large the departures are is found from one fit for the next.
+        for _ in 0..SPREADS_SETTLE {
+            fit = refined(fit, observations, context, SEARCH, &[]);
+        }
+    }
+    ScoredModel::of(fit, observations)
 }
 
 impl ScoredModel {
@@ -68,7 +79,7 @@ impl ScoredModel {
                     let others = scored.fit.ids();
                     others.len() == part.len() && part.iter().all(|id| others.contains(id))
                 };
-                all.iter().find(is_part).map_or(f64::INFINITY, |part| part.fit.cost_with_shifts())
+                all.iter().find(is_part).map_or(f64::INFINITY, |part| part.fit.cost_with_setup())
             };
             let left = (0..ids.len()).filter(|n| !order.contains(n));
             let next = left.min_by(|&a, &b| cost_with(a).total_cmp(&cost_with(b)));

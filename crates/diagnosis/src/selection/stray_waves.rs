@@ -391,7 +391,7 @@ mod tests {
             instances: vec![instance],
             values: vec![best.clone()],
             spreads: vec![f64::NAN],
-            nuisance: Some(vec![nuisance()]),
+            nuisance: Some(vec![nuisance()].into()),
         };
         let fitted = &fit(&observations, &bench.context, start, SEARCH).values[0];
         for (found_rad, truly_rad) in fitted.iter().zip(direction) {

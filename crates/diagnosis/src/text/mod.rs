@@ -11,7 +11,8 @@ pub use standing::Standing;
 
 use crate::effect_id::joined;
 use crate::result::{
-    Candidate, Diagnosis, ElementsAccount, PhaseFigures, PlaneShare, Region, Remainder, Verdict,
+    Candidate, Diagnosis, ElementsAccount, PhaseFigures, PlaneShare, Region, Remainder,
+    StatedFinding, Verdict, WithinUncertainty,
 };
 
 /// More heights than these are not listed; those with the largest shares are.
@@ -38,6 +39,7 @@ impl Diagnosis {
             self.what_was_diagnosed(),
             self.gaps(),
             self.elements.as_ref().map_or(String::new(), ElementsAccount::to_text),
+            self.within_uncertainty(),
             self.candidates(),
             self.where_it_lies(),
             self.residual_structure(),
@@ -61,7 +63,7 @@ impl Diagnosis {
                 format!("ambiguous: {}", sets.join(", or "))
             }
             Verdict::Unexplained => "unexplained".to_owned(),
-            Verdict::None => "no gap beyond noise".to_owned(),
+            Verdict::None => format!("no gap beyond {}", self.nothing_but()),
         };
         let scans = if self.scans.len() > 1 { self.scans.join(", ") } else { self.scan.clone() };
         let left_out = match self.outliers {
@@ -141,6 +143,21 @@ impl Diagnosis {
             text += &paragraph(&format!("one after another: {}", steps.join(", ")), 2, 2);
         }
         text
+    }
+
+    fn within_uncertainty(&self) -> String {
+        let Some(WithinUncertainty { gap, departures }) = &self.uncertainty else {
+            return String::new();
+        };
+        let alone = format!(
+            "Within its stated uncertainty the set-up departs so, beside the best candidate (without any candidate the gap would be {}):",
+            percent(*gap)
+        );
+        let each = departures.iter().map(|StatedFinding { sentence, in_uncertainties, .. }| {
+            let size = significant(*in_uncertainties, 2);
+            paragraph(&format!("{sentence} ({size} of the standard uncertainty)"), 2, 4)
+        });
+        paragraph(&alone, 0, 0) + &each.collect::<String>()
     }
 
     fn candidates(&self) -> String {

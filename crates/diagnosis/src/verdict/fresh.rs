@@ -104,7 +104,8 @@ impl<'a> FreshReadings<'a> {
             .filter(|(instance, _)| accounted.contains(&instance.effect.id()))
             .map(|(instance, values)| (instance.clone(), values.clone()))
             .unzip();
-        let model = ForwardModel::of(&instances, &values, &context);
+        let departures = &fit.nuisance.departures;
+        let model = ForwardModel::beside_departures(&instances, &values, departures, &context);
         let fitted = fit.model(self.context).expected_readings(&self.fresh, &fit.nuisance);
         let mut nuisance = fit.nuisance.clone();
         let simulated = model.expected_readings(&fresh, &nuisance);

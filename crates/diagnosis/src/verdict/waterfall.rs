@@ -75,8 +75,14 @@ impl Parts<'_> {
         let whole = part.len() == scored[0].fit.instances.len();
         let mut fit = self.fitted(part);
         if !whole {
-            let beside = &scored[0].fit.nuisance;
-            fit.nuisance = fit.model(context).best_gain_beside(observations, beside);
+            // A departure of the set-up in whose place the set has an effect is that of the part.
+            let mut beside = scored[0].fit.nuisance.clone();
+            for (id, values) in std::mem::take(&mut fit.nuisance.departures) {
+                beside.departures.entry(id).or_insert(values);
+            }
+            fit.nuisance = beside;
+            let scans = fit.model(context).best_gain_beside(observations, &fit.nuisance);
+            fit.nuisance = fit.nuisance.with_scans(scans);
         }
         let expected = fit.model(context).expected_readings(observations, &fit.nuisance);
         beyond(gap(observations, &expected), scatter_beside(observations, &fit, context))

@@ -120,6 +120,7 @@ impl ThesisLog {
                 medium: setup.medium,
                 receiver: None,
                 phase: None,
+                uncertainty: None,
                 simulator: setup.simulator,
                 foci: vec![FocusSection::AllZero],
             },

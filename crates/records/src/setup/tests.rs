@@ -3,7 +3,7 @@ use std::num::NonZeroU32;
 use proptest::prelude::*;
 
 use super::*;
-use crate::Rims;
+use crate::{PossibleReflection, Rims};
 use fieldgap_acoustics::{Element, Excitation, Vec3};
 use fieldgap_input::{Finite, Frequency, Gap, Length, SoundSpeed, literal};
 use fieldgap_level::Reads;
@@ -72,6 +72,26 @@ fn the_meaning_of_phases_is_read() {
         assert!(with(wrong).is_err(), "{wrong}");
     }
     assert!(with(&format!("{known}\ndrift_u_rad = -1.0")).is_err());
+}
+
+#[test]
+fn how_well_the_set_up_is_known_is_read() {
+    let with = |keys: &str| {
+        parse(&EXAMPLE.replace("[simulator]", &format!("[uncertainty]\n{keys}\n[simulator]")))
+    };
+    let keys = "element_gain = 0.08\nreflection = { height_mm = 420, coefficient = 0.02 }";
+    let stated = with(keys).expect("good").uncertainty.expect("stated");
+    let reflection = PossibleReflection { height_mm: literal(420.0), coefficient: literal(0.02) };
+    let known = SetupUncertainty {
+        element_gain: Some(literal(0.08)),
+        reflection: Some(reflection),
+        ..SetupUncertainty::default()
+    };
+    assert_eq!(stated, known);
+    for wrong in ["element_gain = 8", "origin_mm = 0", "gain = 0.1", "reflection = 0.02"] {
+        let fault = with(wrong).expect_err(wrong);
+        assert_eq!(fault.line_column().map(|place| place.0), Some(18), "{wrong}: {fault}");
+    }
 }
 
 #[test]
@@ -234,14 +254,41 @@ fn any_phase() -> impl Strategy<Value = Option<PhaseSection>> {
     }))
 }
 
+fn any_uncertainty() -> impl Strategy<Value = Option<SetupUncertainty>> {
+    let of_elements = (prop::option::of(0.0..=1.0f64), prop::option::of(1e-3..3.0f64));
+    let of_place = (prop::option::of(1e-2..10.0f64), prop::option::of(1e-2..5.0f64));
+    let of_waves = (prop::option::of(0.0..=1.0f64), prop::option::of((1.0..3e3f64, 0.0..=1.0f64)));
+    let all = (of_elements, of_place, of_waves);
+    prop::option::of(all.prop_map(|((gain, phase_rad), (origin_mm, kelvin), (drift, plane))| {
+        SetupUncertainty {
+            element_gain: gain.map(literal),
+            element_phase_rad: phase_rad.map(literal),
+            origin_mm: origin_mm.map(literal),
+            temperature_k: kelvin.map(literal),
+            level_drift: drift.map(literal),
+            reflection: plane.map(|(height_mm, coefficient)| PossibleReflection {
+                height_mm: literal(height_mm),
+                coefficient: literal(coefficient),
+            }),
+        }
+    }))
+}
+
 fn any_setup() -> impl Strategy<Value = ScanSetup> {
     any_array().prop_flat_map(|array| {
         let foci = prop::collection::vec(any_focus(array.array().len()), 1..3);
         let seconds = 0i64..4_000_000_000;
         let simulator = prop::sample::select(Simulator::ALL.to_vec());
-        let medium = (any_medium(), (any_receiver(), any_phase()));
+        let medium = (any_medium(), (any_receiver(), any_phase(), any_uncertainty()));
         ("\\PC{0,12}", seconds, "[a-zA-Z\"\\\\]{1,8}", medium, simulator, foci).prop_map(
-            move |(name, seconds, unit, (medium, (receiver, phase)), simulator, foci)| ScanSetup {
+            move |(
+                name,
+                seconds,
+                unit,
+                (medium, (receiver, phase, uncertainty)),
+                simulator,
+                foci,
+            )| ScanSetup {
                 name,
                 recorded: Timestamp::from_second(seconds).expect("this century or the next"),
                 unit,
@@ -249,6 +296,7 @@ fn any_setup() -> impl Strategy<Value = ScanSetup> {
                 medium,
                 receiver,
                 phase,
+                uncertainty,
                 simulator,
                 foci,
             },

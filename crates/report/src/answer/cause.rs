@@ -45,7 +45,9 @@ fn verdict(diagnosis: &Diagnosis) -> String {
         }
         Verdict::Ambiguous => "Ambiguous: the readings do not distinguish these causes.".to_owned(),
         Verdict::Unexplained => "Not explained by any effect of the catalogue.".to_owned(),
-        Verdict::None => "Scan and simulation differ by noise only.".to_owned(),
+        Verdict::None => {
+            format!("Scan and simulation differ by {} only.", diagnosis.nothing_but())
+        }
     }
 }
 

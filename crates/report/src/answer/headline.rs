@@ -62,6 +62,9 @@ pub fn headline_of_diagnosis(diagnosis: &Diagnosis) -> String {
 /// The cause: of several effects, the one that explains most of the gap.
 fn cause(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
+        Verdict::None if diagnosis.uncertainty.is_some() => {
+            "the stated uncertainty of the set-up explains it".to_owned()
+        }
         Verdict::None => "only noise is left".to_owned(),
         Verdict::Unexplained => "no known effect explains it".to_owned(),
         Verdict::Ambiguous => {

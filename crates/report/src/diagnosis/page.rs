@@ -13,7 +13,7 @@ use super::{
     JSON_NAME, TEXT_NAME, causes, gap_budget, guide, heights, open_questions, residual_structure,
 };
 use fieldgap_comparison::NoiseSource;
-use fieldgap_diagnosis::{Diagnosis, EffectId, ElementsAccount, Verdict, joined};
+use fieldgap_diagnosis::{Diagnosis, EffectId, ElementsAccount, StatedFinding, Verdict, joined};
 use fieldgap_text::{ABSENT, percent, significant};
 
 /// The styles of this page alone.
@@ -97,7 +97,7 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
         Verdict::Unexplained => {
             "Unexplained. There is a gap, and no effect in the catalogue explains it.".to_owned()
         }
-        Verdict::None => "No gap beyond noise.".to_owned(),
+        Verdict::None => format!("No gap beyond {}.", diagnosis.nothing_but()),
     };
     let best = diagnosis.best().filter(|best| !best.effects.is_empty());
     let with = best.map_or("after correction".to_owned(), |best| format!("with {}", best.name()));
@@ -116,6 +116,17 @@ fn verdict(diagnosis: &Diagnosis) -> Markup {
             p {
                 "A gap is the rms of scan minus simulation, divided by the rms of the scan, over all readings. "
                 (held_out(diagnosis))
+            }
+            @if let Some(within) = &diagnosis.uncertainty {
+                p {
+                    "Within its stated uncertainty the set-up departs so, beside the best candidate (without any candidate the gap would be "
+                    (percent(within.gap)) "):"
+                }
+                ul {
+                    @for StatedFinding { sentence, in_uncertainties, .. } in &within.departures {
+                        li { (sentence) " (" (significant(*in_uncertainties, 2)) " of the standard uncertainty)" }
+                    }
+                }
             }
             @if let Some(rest) = &diagnosis.remainder {
                 p {

@@ -1,0 +1,75 @@
+//! How far the set-up departs from what is stated, within its stated uncertainty.
+
+use fieldgap_text::{listed, significant};
+
+use crate::fit::joint_fit::Fit;
+use crate::model::effect::{Context, Estimate};
+use crate::model::instance::Instance;
+use crate::model::nuisance::Nuisance;
+use crate::model::stated_uncertainty::StatedDeparture;
+use crate::result::StatedFinding;
+
+/// The departures of a fit, each in words; nothing where no uncertainty is stated.
+pub(super) fn findings(fit: &Fit, context: &Context) -> Vec<StatedFinding> {
+    let error = |index: usize| {
+        fit.covariance.as_ref().map_or(f64::NAN, |covariance| covariance[(index, index)].sqrt())
+    };
+    let mut findings: Vec<StatedFinding> = Vec::new();
+    if context.stated.has_wide_origin() {
+        findings.extend(origin(fit, context, &error));
+    }
+    let mut from = fit.departures().start;
+    for departure in context.stated.beside(&fit.instances) {
+        let values = &fit.nuisance.departures[&departure.id()];
+        let range = from..from + values.len();
+        from = range.end;
+        let mut fitted: Vec<Estimate> = values
+            .iter()
+            .zip(range)
+            .map(|(&value, index)| Estimate { value, error: error(index) })
+            .collect();
+        if departure.is_of_elements() {
+            // The mean square of a departure is that of what was found and its variance.
+            let squares: f64 = fitted.iter().map(|e| e.value.powi(2) + e.error.powi(2)).sum();
+            let spread = (squares / values.len() as f64).sqrt();
+            let error = spread / (2.0 * values.len() as f64).sqrt();
+            fitted.push(Estimate { value: spread, error });
+        }
+        let Instance { effect, choice } = &departure.instance;
+        let finding = effect.describe(&fitted, choice, context);
+        findings.push(StatedFinding {
+            what: departure.id().to_string(),
+            sentence: finding.sentence,
+            in_uncertainties: size(departure, values),
+        });
+    }
+    findings
+}
+
+/// Root mean square of the departures, each over its standard uncertainty.
+fn size(departure: &StatedDeparture, values: &[f64]) -> f64 {
+    let priors = departure.priors.iter().zip(values);
+    let squares: f64 = priors.map(|((mean, sd), value)| ((value - mean) / sd).powi(2)).sum();
+    (squares / values.len() as f64).sqrt()
+}
+
+/// Where the origin of each scan is.
+fn origin<'f>(
+    fit: &'f Fit,
+    context: &'f Context,
+    error: &'f impl Fn(usize) -> f64,
+) -> impl Iterator<Item = StatedFinding> + 'f {
+    fit.nuisance.iter().enumerate().map(move |(scan, Nuisance { shift_m, .. })| {
+        let along = |axis: usize| {
+            let index = Nuisance::COUNT * scan + 1 + axis;
+            let [mm, error_mm] = [shift_m[axis], error(index)].map(|m| significant(1e3 * m, 3));
+            format!("{mm} ± {error_mm} mm along {}", ["x", "y", "z"][axis])
+        };
+        let along: Vec<String> = (0..3).map(along).collect();
+        StatedFinding {
+            what: "origin".to_owned(),
+            sentence: format!("the origin of the scan is off by {}", listed(&along)),
+            in_uncertainties: shift_m.norm() / (3f64.sqrt() * context.stated.origin_m()),
+        }
+    })
+}

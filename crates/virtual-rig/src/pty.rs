@@ -23,6 +23,9 @@ impl PseudoTerminal {
     /// If the system has no pseudo-terminal left, or does not say the path of the client's end.
     pub fn open() -> serialport::Result<Self> {
         let (device_end, client_end) = TTYPort::pair()?;
+        // Programs that are started inherit these handles, which would keep the port open. They do not inherit duplicates.
+        let (device_end, client_end) =
+            (device_end.try_clone_native()?, client_end.try_clone_native()?);
         let path = client_end.name().ok_or_else(|| {
             serialport::Error::new(
                 serialport::ErrorKind::NoDevice,
@@ -45,5 +48,26 @@ impl PseudoTerminal {
     /// each other.
     pub fn forget_dead_client(&self) {
         drop(self.client_end.try_clone_native());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::process::{Command, Stdio};
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_port_closes_while_a_program_goes_on_that_was_started_meanwhile() {
+        let terminal = PseudoTerminal::open().expect("a pair");
+        let mut client = serialport::new(terminal.path(), 115_200).open().expect("a port");
+        let mut program = Command::new("cat").stdin(Stdio::piped()).spawn().expect("it starts");
+        client.write_all(b"here\n").expect("the device is there");
+        drop(terminal);
+        let written = client.write_all(b"gone\n");
+        program.kill().expect("it still runs");
+        program.wait().expect("it ends");
+        assert!(written.is_err());
     }
 }

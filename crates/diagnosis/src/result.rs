@@ -394,7 +394,8 @@ impl ResidualTest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WaterfallPart {
-    /// A shift within the tolerance of a careful set-up, and the near field of the elements, which every candidate leaves free.
+    /// A shift within the tolerance of a careful set-up, its departures within a stated uncertainty, and the near field of the elements, which
+    /// every candidate leaves free.
     Alignment,
     /// An effect.
     Effect,

@@ -64,8 +64,15 @@ impl Basis<'_> {
     /// The verdict in one sentence, or two where not all is explained.
     pub fn sentence(&self) -> String {
         let Self { judgement, ranked, gaps, .. } = self;
-        let gap =
-            format!("The gap of {} (noise alone: {})", percent(gaps.before), percent(gaps.noise));
+        let within = self.uncertainty.map_or(String::new(), |within| {
+            format!("within the stated uncertainty of the set-up: {}; ", percent(within.gap))
+        });
+        let gap = format!(
+            "The gap of {} ({}noise alone: {})",
+            percent(gaps.before),
+            within,
+            percent(gaps.noise)
+        );
         match judgement.verdict {
             Verdict::Explained => {
                 let number = judgement.named[0];
@@ -114,10 +121,7 @@ impl Basis<'_> {
             }
             Verdict::Unexplained => self.unexplained(&gap, &ranked[0]),
             Verdict::None => match self.uncertainty {
-                Some(WithinUncertainty { gap: alone, .. }) => format!(
-                    "{gap} is within the uncertainty that is stated for the set-up, which explains it but for {}.",
-                    percent(*alone)
-                ),
+                Some(_) => format!("{gap} is no gap beyond noise and that uncertainty."),
                 None => {
                     format!("{gap} is no gap beyond noise: the nominal set-up explains the scan.")
                 }

@@ -88,3 +88,54 @@ impl ScoredModel {
         Self { fit: self.fit.in_order(&order), ..self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::{Array, Excitation};
+
+    use super::*;
+    use crate::effects::effect;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::model::effect::Choice;
+    use crate::model::forward_model::ForwardModel;
+    use crate::model::instance::Instance;
+    use crate::model::stated_uncertainty::StatedDeparture;
+
+    /// Beside a displaced origin and a gain that makes up for elements which are all a little louder.
+    #[test]
+    fn departures_of_elements_are_found_beside_those_of_the_set_up() {
+        let array = Array::square(4, 4, 10e-3).expect("not empty");
+        let mut context = Bench::of(array, Excitation::Uniform).context;
+        let elements = context.believed.array.len();
+        let instance = |id| Instance { effect: effect(id), choice: Choice::None };
+        let ids = [EffectId::ElementGain, EffectId::ElementPhase];
+        context.stated.departures = ids
+            .into_iter()
+            .zip([0.08, 0.13])
+            .map(|(id, sd)| StatedDeparture {
+                instance: instance(id),
+                priors: vec![(0.0, sd); elements],
+            })
+            .collect();
+        let waves = |size: f64, turn: f64| -> Vec<f64> {
+            (0..elements).map(|n| size * (turn * n as f64).sin()).collect()
+        };
+        context.stated.origin_m = Some(0.7e-3);
+        let truth = [waves(0.12, 2.4), waves(0.2, 1.7)];
+        let instances = [ids[0], ids[1], EffectId::Offset].map(instance);
+        let values = [truth[0].clone(), truth[1].clone(), vec![0.6, -0.8, 0.7]];
+        let model = ForwardModel::of(&instances, &values, &context);
+        let mut observations = Bench::in_six_planes(10e-3);
+        let readings = model.expected_readings(&observations, &[nuisance()]);
+        let scan = &mut observations.scans[0];
+        scan.drives[0].stabilised = readings.iter().map(|r| scan.scale.of(*r)).collect();
+        scan.drives[0].readings = readings;
+        let Fit { expected_fall, nuisance: found, .. } = believed(&observations, &context).fit;
+        assert!(expected_fall < 0.1, "{expected_fall}");
+        for (id, truth) in ids.into_iter().zip(truth) {
+            let errors = found.departures[&id].iter().zip(&truth).map(|(f, t)| (f - t).powi(2));
+            let rms = (errors.sum::<f64>() / elements as f64).sqrt();
+            assert!(rms < 0.05, "{id}: {rms}");
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! How far the set-up departs from what is stated, within its stated uncertainty.
 
-use fieldgap_text::{listed, significant};
+use fieldgap_text::{Uncertain, listed, millimetres};
 
 use crate::fit::joint_fit::Fit;
 use crate::model::effect::{Context, Estimate};
@@ -62,8 +62,9 @@ fn origin<'f>(
     fit.nuisance.iter().enumerate().map(move |(scan, Nuisance { shift_m, .. })| {
         let along = |axis: usize| {
             let index = Nuisance::COUNT * scan + 1 + axis;
-            let [mm, error_mm] = [shift_m[axis], error(index)].map(|m| significant(1e3 * m, 3));
-            format!("{mm} ± {error_mm} mm along {}", ["x", "y", "z"][axis])
+            let standard_error = error(index);
+            let mm = millimetres(Uncertain { value: shift_m[axis], standard_error });
+            format!("{mm} mm along {}", ["x", "y", "z"][axis])
         };
         let along: Vec<String> = (0..3).map(along).collect();
         StatedFinding {

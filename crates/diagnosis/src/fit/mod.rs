@@ -3,6 +3,7 @@
 //! - [`joint_fit`]: the fit of a set, gain, shift and near field beside it.
 //! - [`problem`]: its residuals and derivatives.
 //! - [`random_elements`]: amplitudes or phases that differ from element to element, their spread found with them.
+//! - [`departures`]: those of the set-up within its stated uncertainty, and what their freedom costs.
 //! - [`left`]: what it leaves, and how likely that is beside a noise that is not known exactly.
 //! - [`any`]: either kind of set.
 //! - [`score_statistic`]: what the readings say of an effect before it is fitted.

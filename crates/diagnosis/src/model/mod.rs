@@ -5,7 +5,8 @@
 //! - [`planes`]: readings of one height, and the step between neighbours.
 //! - [`effect`]: the trait that an effect implements: where it acts, and how it is looked for.
 //! - [`instance`]: an effect with the numbers at which it acts.
-//! - [`nuisance`]: gain, shift and near field, which are free in every fit.
+//! - [`nuisance`]: gain, shift, near field and departures of the set-up, which are free in every fit.
+//! - [`stated_uncertainty`]: the departures that a record allows its set-up.
 //! - [`pressure`]: the pressure at a reading, its steady and its random part.
 //! - [`waves`]: the waves of the elements, for drives that follow one another at the same places.
 //! - [`forward_model`]: the pressures under a set of effects.

@@ -53,7 +53,7 @@ impl PseudoTerminal {
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
+    use std::io::{Read, Write};
     use std::process::{Command, Stdio};
 
     use super::*;
@@ -62,7 +62,14 @@ mod tests {
     async fn a_port_closes_while_a_program_goes_on_that_was_started_meanwhile() {
         let terminal = PseudoTerminal::open().expect("a pair");
         let mut client = serialport::new(terminal.path(), 115_200).open().expect("a port");
-        let mut program = Command::new("cat").stdin(Stdio::piped()).spawn().expect("it starts");
+        let mut program = Command::new("cat")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        // It has given up the handles that it does not inherit when it answers, and not yet when it was started.
+        program.stdin.as_mut().expect("piped").write_all(b"?").expect("it reads");
+        program.stdout.as_mut().expect("piped").read_exact(&mut [0]).expect("it answers");
         client.write_all(b"here\n").expect("the device is there");
         drop(terminal);
         let written = client.write_all(b"gone\n");

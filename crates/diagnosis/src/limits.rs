@@ -138,6 +138,9 @@ pub(crate) const NOISE_ROUNDS: usize = 2;
 
 // Priors.
 
+/// Standard deviation of the logarithm of a stated spread: that of the spread of some fifteen elements that were measured, 1/√(2(n - 1)) (GUM, E.4.3).
+pub(crate) const SPREAD_KNOWN_WITHIN: f64 = 0.2;
+
 /// Standard deviation of the shift that careful setting-up leaves, m: a tenth of a millimetre. A wider prior would absorb the effects
 /// that move a field.
 pub(crate) static SHIFT_PRIOR_M: DecisiveLimit = DecisiveLimit::new("shift-prior", 1e-4);

@@ -8,8 +8,7 @@ use nalgebra::DMatrix;
 
 use fieldgap_acoustics::least_squares::Parameter as Unknown;
 
-/// Standard deviation of the logarithm of a stated spread: that of the spread of some fifteen elements that were measured, 1/√(2(n - 1)) (GUM, E.4.3).
-const SPREAD_KNOWN_WITHIN: f64 = 0.2;
+use crate::limits::SPREAD_KNOWN_WITHIN;
 
 /// Newton steps towards the likeliest spread.
 const STEPS: usize = 12;

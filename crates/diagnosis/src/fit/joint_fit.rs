@@ -9,7 +9,7 @@ use crate::fit::departures::{cost_of_departures, cost_of_spread, likeliest_sprea
 use crate::fit::left::Left;
 use crate::fit::problem::Problem;
 use crate::limits::{CARRIED, NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD};
-use crate::model::effect::{Context, Parameter, Search};
+use crate::model::effect::{Context, Estimate, Parameter, Search};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
 use crate::model::nuisance::{Nuisance, Nuisances};
@@ -98,6 +98,20 @@ impl Fit {
     pub fn values_of(&self, id: EffectId) -> Option<&[f64]> {
         let mut active = self.instances.iter().zip(&self.values);
         active.find(|(instance, _)| instance.effect.id() == id).map(|(_, values)| values.as_slice())
+    }
+
+    /// These numbers of the fit, which stand so in the covariance, with their standard errors.
+    pub fn estimates(&self, values: &[f64], range: Range<usize>) -> Vec<Estimate> {
+        let error = |index: usize| {
+            self.covariance
+                .as_ref()
+                .map_or(f64::NAN, |covariance| covariance[(index, index)].sqrt())
+        };
+        values
+            .iter()
+            .zip(range)
+            .map(|(&value, index)| Estimate { value, error: error(index) })
+            .collect()
     }
 
     /// Nats of likelihood that one of its effects gains over doing nothing, by the quadratic form of the cost; `None` where the form does not say.

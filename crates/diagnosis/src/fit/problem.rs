@@ -473,7 +473,7 @@ fn along_gain(slopes: &[Complex64], evaluation: &Evaluation, scan: usize) -> Vec
 
 #[cfg(test)]
 mod tests {
-    use fieldgap_acoustics::{Excitation, Vec3};
+    use fieldgap_acoustics::{Array, Excitation, Vec3};
 
     use super::*;
     use crate::effect_id::EffectId;
@@ -587,6 +587,55 @@ mod tests {
                 assert!(missed <= bound, "{number}: {missed} of {whole}");
                 assert!(number == 0 || whole > 0.0, "{number}");
             }
+        }
+    }
+
+    /// Also those of elements that were computed anew where others were kept from another point.
+    #[test]
+    fn derivatives_by_departures_of_the_set_up_are_those_of_the_problem() {
+        let array = Array::square(4, 4, 10e-3).expect("not empty");
+        let mut context = Bench::of(array, Excitation::Uniform).context;
+        let departures = [
+            (EffectId::SoundSpeed, vec![(1.0, 1e-3)]),
+            (EffectId::ElementGain, vec![(0.0, 0.08); 16]),
+            (EffectId::ElementPhase, vec![(0.0, 0.13); 16]),
+            (EffectId::Reflection, vec![(400.0, 5.0), (0.0, 0.014), (0.0, 0.014)]),
+            (EffectId::GainDrift, vec![(0.0, 0.005)]),
+        ];
+        context.stated.departures = departures
+            .into_iter()
+            .map(|(id, priors)| StatedDeparture {
+                instance: Instance { effect: effect(id), choice: Choice::None },
+                priors,
+            })
+            .collect();
+        let mut observations = Bench::in_six_planes(10e-3);
+        let visits = &mut observations.scans[0].drives[0].visits;
+        visits.iter_mut().for_each(|visit| visit.progress = visit.number as f64 / 600.0);
+        let nuisance = Nuisances::from(vec![Nuisance::from_slice(&[0.0; Nuisance::COUNT])]);
+        let nuisance = nuisance.beside(&[], &context.stated);
+        let unknowns = unknowns(&[], &[], &[], &nuisance, &context);
+        let problem = Problem::new(&observations, &context, &[], &[]);
+        let begun: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+        let mut numbers = begun.clone();
+        for (n, number) in problem.departures().enumerate() {
+            numbers[number] +=
+                0.3 * (1.7 * n as f64).sin() * unknowns[number].prior.expect("one").1 / 0.1;
+        }
+        let mut kept = None;
+        problem.linearise(&begun, &unknowns, &mut kept);
+        let beside_kept = problem.linearise(&numbers, &unknowns, &mut kept).columns;
+        let anew = problem.linearise(&numbers, &unknowns, &mut None).columns;
+        let of_elements: Vec<usize> =
+            problem.spread_departures().flat_map(|(_, range)| range).collect();
+        assert_eq!(of_elements.len(), 32);
+        for number in problem.departures() {
+            let whole = quotient(&problem, &numbers, &unknowns, number);
+            let [missed, of_all] = norms(&whole, &anew[number]);
+            assert!(missed < 0.02 * of_all, "{number}: {missed} of {of_all}");
+            let [missed, _] = norms(&whole, &beside_kept[number]);
+            let is_anew = missed < 0.02 * of_all;
+            assert!(is_anew || !of_elements.contains(&number), "{number}: {missed} of {of_all}");
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::joint::widths::{all_beside, joins};
 use crate::limits::{ANOTHER_EFFECT, MOST_CLIMBS, MOST_EXCHANGES};
 use crate::model::effect::{Context, Search};
 use crate::model::instance::Instance;
-use crate::model::nuisance::{Nuisance, Nuisances};
+use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
 use crate::selection::evidence::{cost_of_freedom, cost_of_likeness};
 
@@ -304,10 +304,11 @@ impl QuadraticCost {
         let beside = self.beside_at(&departures);
         let mut beside = beside.iter().copied();
         let Start { instances, spreads, nuisance, values } = &self.start;
-        let scans = nuisance.as_ref().map_or(0, |nuisance| nuisance.len());
+        let nuisance = nuisance.clone().unwrap_or_default();
         let of_scan =
             |_| Nuisance::from_slice(&beside.by_ref().take(Nuisance::COUNT).collect::<Vec<_>>());
-        let mut nuisance = Nuisances::from((0..scans).map(of_scan).collect::<Vec<_>>());
+        let scans = (0..nuisance.len()).map(of_scan).collect();
+        let mut nuisance = nuisance.with_scans(scans);
         for departure in context.stated.beside(instances) {
             let values = beside.by_ref().take(departure.priors.len()).collect();
             nuisance.departures.insert(departure.id(), values);
@@ -375,7 +376,7 @@ mod tests {
                 .to_vec(),
             values: EFFECTS.map(|id| effect(id).neutral()).to_vec(),
             spreads: vec![f64::NAN; 4],
-            nuisance: Some(Nuisances::default()),
+            nuisance: None,
         };
         let across = DMatrix::from_fn(1, 4, |_, j| block(0, j + 1));
         let carried = &across / block(0, 0);

@@ -164,6 +164,11 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
+    /// A spread that was found from so many draws: its relative error is 1/√(2n).
+    pub fn of_spread(spread: f64, draws: usize) -> Self {
+        Self { value: spread, error: spread / (2.0 * draws as f64).sqrt() }
+    }
+
     /// Through a function with this value and slope.
     pub fn map(self, value: f64, slope: f64) -> Self {
         Self { value, error: self.error * slope.abs() }

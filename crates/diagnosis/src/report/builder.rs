@@ -289,23 +289,14 @@ impl ReportBuilder<'_> {
 
 /// The parameters of each effect of a fit, as its own file says them.
 fn fitted(fit: &Fit) -> Vec<Vec<Estimate>> {
-    let error = |index: usize| {
-        fit.covariance.as_ref().map_or(f64::NAN, |covariance| covariance[(index, index)].sqrt())
-    };
     fit.ranges()
         .into_iter()
         .zip(&fit.values)
         .zip(&fit.spreads)
         .map(|((range, values), spread)| {
-            let mut fitted: Vec<Estimate> = values
-                .iter()
-                .zip(range)
-                .map(|(&value, index)| Estimate { value, error: error(index) })
-                .collect();
+            let mut fitted = fit.estimates(values, range);
             if spread.is_finite() {
-                // A spread from n draws has a relative error of 1/√(2n).
-                let error = spread / (2.0 * values.len() as f64).sqrt();
-                fitted.push(Estimate { value: *spread, error });
+                fitted.push(Estimate::of_spread(*spread, values.len()));
             }
             fitted
         })

@@ -11,29 +11,21 @@ use crate::result::StatedFinding;
 
 /// The departures of a fit, each in words; nothing where no uncertainty is stated.
 pub(super) fn findings(fit: &Fit, context: &Context) -> Vec<StatedFinding> {
-    let error = |index: usize| {
-        fit.covariance.as_ref().map_or(f64::NAN, |covariance| covariance[(index, index)].sqrt())
-    };
     let mut findings: Vec<StatedFinding> = Vec::new();
     if context.stated.has_wide_origin() {
-        findings.extend(origin(fit, context, &error));
+        findings.extend(origin(fit, context));
     }
     let mut from = fit.departures().start;
     for departure in context.stated.beside(&fit.instances) {
         let values = &fit.nuisance.departures[&departure.id()];
         let range = from..from + values.len();
         from = range.end;
-        let mut fitted: Vec<Estimate> = values
-            .iter()
-            .zip(range)
-            .map(|(&value, index)| Estimate { value, error: error(index) })
-            .collect();
+        let mut fitted = fit.estimates(values, range);
         if departure.is_of_elements() {
             // The mean square of a departure is that of what was found and its variance.
             let squares: f64 = fitted.iter().map(|e| e.value.powi(2) + e.error.powi(2)).sum();
             let spread = (squares / values.len() as f64).sqrt();
-            let error = spread / (2.0 * values.len() as f64).sqrt();
-            fitted.push(Estimate { value: spread, error });
+            fitted.push(Estimate::of_spread(spread, values.len()));
         }
         let Instance { effect, choice } = &departure.instance;
         let finding = effect.describe(&fitted, choice, context);
@@ -54,19 +46,16 @@ fn size(departure: &StatedDeparture, values: &[f64]) -> f64 {
 }
 
 /// Where the origin of each scan is.
-fn origin<'f>(
-    fit: &'f Fit,
-    context: &'f Context,
-    error: &'f impl Fn(usize) -> f64,
-) -> impl Iterator<Item = StatedFinding> + 'f {
-    fit.nuisance.iter().enumerate().map(move |(scan, Nuisance { shift_m, .. })| {
-        let along = |axis: usize| {
-            let index = Nuisance::COUNT * scan + 1 + axis;
-            let standard_error = error(index);
-            let mm = millimetres(Uncertain { value: shift_m[axis], standard_error });
-            format!("{mm} mm along {}", ["x", "y", "z"][axis])
-        };
-        let along: Vec<String> = (0..3).map(along).collect();
+fn origin<'f>(fit: &'f Fit, context: &'f Context) -> impl Iterator<Item = StatedFinding> + 'f {
+    fit.nuisance.iter().enumerate().map(|(scan, Nuisance { shift_m, .. })| {
+        let first = Nuisance::COUNT * scan + 1;
+        let along = fit.estimates(shift_m.as_slice(), first..first + 3);
+        let along =
+            along.into_iter().zip(["x", "y", "z"]).map(|(Estimate { value, error }, axis)| {
+                let mm = millimetres(Uncertain { value, standard_error: error });
+                format!("{mm} mm along {axis}")
+            });
+        let along: Vec<String> = along.collect();
         StatedFinding {
             what: "origin".to_owned(),
             sentence: format!("the origin of the scan is off by {}", listed(&along)),

@@ -186,3 +186,35 @@ pub(crate) fn best_spread(curvature: DMatrix<f64>, downhill: &DVector<f64>) -> (
     let rough = best((0..20).map(|i| of(1e-3 * FACTOR.powi(i))).collect()).0;
     best((-5..=5).map(|i| of(rough * FACTOR.powf(f64::from(i) / 6.0))).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::effect;
+    use crate::model::effect::Choice;
+    use crate::model::nuisance::Nuisances;
+
+    /// Those of the set-up within its stated uncertainty as well as those of an effect.
+    #[test]
+    fn departures_of_elements_are_taken_out_wherever_they_are() {
+        let mut nuisance = Nuisances::default();
+        let departures = vec![0.1, -0.1, 0.9, 0.1];
+        nuisance.departures.insert(EffectId::ElementPhase, departures.clone());
+        let stated = Fit::of_nothing(nuisance);
+        let instance = Instance { effect: effect(EffectId::ElementPhase), choice: Choice::None };
+        let found = Fit {
+            instances: vec![instance],
+            values: vec![departures],
+            spreads: vec![0.2],
+            ..Fit::of_nothing(Nuisances::default())
+        };
+        for fit in [stated, found] {
+            let of = |fit: &Fit| of_elements(&mut fit.clone())[0].clone();
+            let without = without_phases(&fit).expect("it has some");
+            assert_eq!(of(&without), [0.0; 4]);
+            let in_place = in_place_of_departures(&fit, Search::Sets);
+            assert_eq!(in_place[0].0, [2]);
+            assert_eq!(of(&in_place[0].1), [0.1, -0.1, 0.0, 0.1]);
+        }
+    }
+}

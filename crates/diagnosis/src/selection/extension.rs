@@ -375,6 +375,7 @@ mod tests {
     use crate::effects::testing::{Bench, nuisance};
     use crate::limits::NO_EFFECT;
     use crate::model::forward_model::ForwardModel;
+    use crate::model::stated_uncertainty::StatedDeparture;
     use crate::selection::scored_model::believed;
 
     /// Noisy readings of an array with these causes.
@@ -393,6 +394,21 @@ mod tests {
             scan.drives[0].stabilised[n] = scan.scale.of(reading);
         }
         observations
+    }
+
+    /// Its numbers take the place of others in the fit, whose slopes would be taken for those of the next.
+    #[test]
+    fn an_effect_in_place_of_a_departure_of_the_set_up_keeps_no_slopes() {
+        let bench = Bench::new();
+        let mut context = bench.context.clone();
+        let instance = Instance { effect: effect(EffectId::SoundSpeed), choice: Choice::None };
+        context.stated.departures = vec![StatedDeparture { instance, priors: vec![(1.0, 1e-3)] }];
+        let observations = observations(&bench, &ForwardModel::believed());
+        let coarse = observations.thinned(160);
+        let base = believed(&observations, &context);
+        let base = Base::of(&base, true, &observations, &coarse, &context);
+        assert!(base.keeps_slopes(effect(EffectId::Pitch)));
+        assert!(!base.keeps_slopes(effect(EffectId::SoundSpeed)));
     }
 
     /// The pitch fitted to a fifth of the readings, then to all: where it is off, until nothing is left to gain; where it is not, for one step.

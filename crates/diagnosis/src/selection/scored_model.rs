@@ -121,7 +121,7 @@ mod tests {
             (0..elements).map(|n| size * (turn * n as f64).sin()).collect()
         };
         context.stated.origin_m = Some(0.7e-3);
-        let truth = [waves(0.12, 2.4), waves(0.2, 1.7)];
+        let truth = [waves(0.12, 2.4), waves(0.3, 1.7)];
         let instances = [ids[0], ids[1], EffectId::Offset].map(instance);
         let values = [truth[0].clone(), truth[1].clone(), vec![0.6, -0.8, 0.7]];
         let model = ForwardModel::of(&instances, &values, &context);
@@ -130,8 +130,18 @@ mod tests {
         let scan = &mut observations.scans[0];
         scan.drives[0].stabilised = readings.iter().map(|r| scan.scale.of(*r)).collect();
         scan.drives[0].readings = readings;
-        let Fit { expected_fall, nuisance: found, .. } = believed(&observations, &context).fit;
-        assert!(expected_fall < 0.1, "{expected_fall}");
+        let ScoredModel { fit, log_evidence: evidence, .. } = believed(&observations, &context);
+        assert!(fit.expected_fall < 0.1, "{}", fit.expected_fall);
+        // They are larger than stated, and the spreads have followed.
+        let again = refined(fit.clone(), &observations, &context, SEARCH, &[]);
+        let penalised = [again.penalised, fit.penalised];
+        assert!((penalised[0] - penalised[1]).abs() < 0.1, "{penalised:?}");
+        assert!(fit.nuisance.spreads[&EffectId::ElementPhase] > 0.15);
+        // Their freedom has its cost.
+        let free = Fit { cost_of_departures: 0.0, ..fit.clone() };
+        assert!(fit.cost_of_departures > 20.0, "{}", fit.cost_of_departures);
+        assert!(log_evidence(&free, &observations) - evidence > 20.0);
+        let found = fit.nuisance;
         for (id, truth) in ids.into_iter().zip(truth) {
             let errors = found.departures[&id].iter().zip(&truth).map(|(f, t)| (f - t).powi(2));
             let rms = (errors.sum::<f64>() / elements as f64).sqrt();

@@ -3,10 +3,19 @@
 //! Minimises `Σ rᵢ(x)² + Σ ((xⱼ - meanⱼ)/sdⱼ)²` over a few parameters. Each parameter has a scale, the size of a significant change,
 //! and is computed in units of it, so that metres and radians are comparable. The damping follows Marquardt (J. SIAM 11, 431, 1963)
 //! with the update of Nielsen (IMM-REP-1999-05, eq. 2.4). Where derivatives are dear, they are carried from step to step by Broyden's rule
-//! (Math. Comp. 19, 577, 1965). Sums are taken in the order of the residuals: the same input gives the same bits.
+//! (Math. Comp. 19, 577, 1965). The same input gives the same bits on the same kind of processor.
+
+mod curvature;
+mod factor;
+mod few_readings;
+mod inner_products;
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
+
+use curvature::Curvature;
+pub use factor::Factor;
+use inner_products::inner_products_beside;
+pub use inner_products::{dot, inner_products};
 
 /// A parameter of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,9 +80,6 @@ pub struct Minimum {
 /// Marquardt's damping at the start, relative to the largest curvature.
 const DAMPING: f64 = 1e-3;
 
-/// Parameters from which on the normal equations are formed by several threads.
-const MANY: usize = 64;
-
 /// A damping at which steps are negligible.
 const MAX_DAMPING: f64 = 1e12;
 
@@ -94,143 +100,180 @@ pub fn minimise(
     minimise_from(parameters, stopping, None, residuals, linearise)
 }
 
-/// As [`minimise`], with the residuals at the start and derivatives that may be those of a point nearby.
+/// Residuals at the start of a search, and derivatives that may be those of a point nearby.
+pub struct Known<'k> {
+    /// Residuals and derivatives.
+    pub linear: Linearisation,
+    /// [Products](inner_products) of the first columns with one another, where they are known too.
+    pub products: Option<&'k DMatrix<f64>>,
+}
+
+/// As [`minimise`], from what is known at the start.
 pub fn minimise_from(
     parameters: &[Parameter],
     stopping: Stopping,
-    known: Option<Linearisation>,
+    known: Option<Known<'_>>,
     mut residuals: impl FnMut(&[f64]) -> Vec<f64>,
     mut linearise: impl FnMut(&[f64]) -> Linearisation,
 ) -> Minimum {
-    let mut at: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+    let start: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
     // How often the derivatives were carried since they were computed.
     let mut age = usize::from(known.is_some());
-    let mut linear = known.unwrap_or_else(|| linearise(&at));
-    let mut normal = NormalEquations::new(parameters, &at, &linear);
-    let mut damping = DAMPING * normal.curvature.diagonal().amax().max(f64::MIN_POSITIVE);
+    let mut model = match known {
+        Some(Known { linear, products }) => {
+            QuadraticModel::new(parameters, start, linear, products)
+        }
+        None => {
+            let linear = linearise(&start);
+            QuadraticModel::new(parameters, start, linear, None)
+        }
+    };
+    let mut damping = DAMPING * model.greatest_curvature();
     let mut growth = 2.0;
     let mut iterations = 1;
     let mut converged = false;
     while !converged && iterations < stopping.iterations {
-        let Some(step) = normal.step(damping, parameters, &at) else { break };
-        let Step { step, change, trial, predicted } = step;
-        let moved = residuals(&trial);
-        let cost = squares(&moved) + prior_cost(parameters, &trial);
-        let fall = normal.cost - cost;
-        let small = step.amax() < stopping.step;
+        let Some(step) = model.step(damping) else { break };
+        let predicted = step.predicted;
+        let moved = residuals(&step.trial);
+        let cost = squares(&moved) + prior_cost(parameters, &step.trial);
+        let fall = model.cost - cost;
+        let small = step.step.amax() < stopping.step;
         if fall > 0.0 {
-            converged = small || fall < stopping.fall * normal.cost;
-            at = trial;
+            converged = small || fall < stopping.fall * model.cost;
             let trusted = age < stopping.carried && (fall / predicted - 1.0).abs() < PREDICTED;
-            if trusted && moved.len() == linear.residuals.len() {
-                linear.carry(moved, &step, &change);
+            if trusted && moved.len() == model.linear.residuals.len() {
+                model = model.carried(step, moved);
                 age += 1;
             } else {
-                linear = linearise(&at);
+                let linear = linearise(&step.trial);
+                model = QuadraticModel::new(parameters, step.trial, linear, None);
                 age = 0;
             }
-            normal = NormalEquations::new(parameters, &at, &linear);
             iterations += 1;
             damping *= (1.0 - (2.0 * fall / predicted - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
             growth = 2.0;
         } else if age > 0 && !small {
             // Perhaps not the step was too long, but the derivatives were those of another point.
-            linear = linearise(&at);
+            let linear = linearise(&model.at);
+            model = QuadraticModel::new(parameters, model.at, linear, None);
             age = 0;
-            normal = NormalEquations::new(parameters, &at, &linear);
             iterations += 1;
         } else {
-            let scale = normal.curvature.diagonal().amax().max(f64::MIN_POSITIVE);
-            converged = small || damping > MAX_DAMPING * scale;
+            converged = small || damping > MAX_DAMPING * model.greatest_curvature();
             damping *= growth;
             growth *= 2.0;
         }
     }
+    let QuadraticModel { at, curvature, downhill, cost, .. } = model;
     let scales = DVector::from_iterator(parameters.len(), parameters.iter().map(|p| p.scale));
-    let cholesky = normal.curvature.clone().cholesky();
-    let expected_fall = cholesky
-        .as_ref()
-        .map_or(0.0, |cholesky| normal.downhill.dot(&cholesky.solve(&normal.downhill)));
-    let covariance = cholesky.map(|cholesky| {
-        let scaled = cholesky.inverse();
-        scaled.component_mul(&(&scales * scales.transpose()))
-    });
-    let cost = normal.cost;
+    let inverse = curvature.inverse(0.0, &[]);
+    let expected_fall =
+        inverse.as_ref().map_or(0.0, |inverse| downhill.dot(&inverse.times(&downhill)));
+    let covariance =
+        inverse.map(|inverse| inverse.matrix().component_mul(&(&scales * scales.transpose())));
     Minimum { parameters: at, cost, covariance, expected_fall, iterations, converged }
+}
+
+impl Parameter {
+    /// Curvature of its prior, in its scale; zero without one.
+    fn stiffness(&self) -> f64 {
+        self.prior.map_or(0.0, |(_, sd)| (self.scale / sd).powi(2))
+    }
 }
 
 impl Linearisation {
     /// Moves to a point where the residuals are known: the least change of the derivatives, in scales of the parameters, by which they
     /// give the difference of the residuals along the step (Broyden, eq. 4.5).
-    fn carry(&mut self, moved: Vec<f64>, step: &DVector<f64>, change: &[f64]) {
+    fn carry(&mut self, moved: Vec<f64>, parameters: &[Parameter], step: &Step) -> Carried {
         let mut missed = moved.clone();
         missed.iter_mut().zip(&self.residuals).for_each(|(missed, before)| *missed -= before);
-        for (column, change) in self.columns.iter().zip(change) {
+        for (column, change) in self.columns.iter().zip(&step.change) {
             missed.iter_mut().zip(column).for_each(|(missed, slope)| *missed -= slope * change);
         }
-        let length = step.norm_squared().max(f64::MIN_POSITIVE);
-        for ((column, step), change) in self.columns.iter_mut().zip(step).zip(change) {
-            if *change != 0.0 {
-                let share = step * step / (length * change);
-                column.iter_mut().zip(&missed).for_each(|(slope, missed)| *slope += share * missed);
-            }
-        }
+        let share = &step.step / step.step.norm_squared().max(f64::MIN_POSITIVE);
+        let of_each = self.columns.iter_mut().zip(parameters).zip(&share);
+        let along = of_each.map(|((column, parameter), share)| {
+            let along = dot(column, &missed) * parameter.scale;
+            let share = share / parameter.scale;
+            column.iter_mut().zip(&missed).for_each(|(slope, missed)| *slope += share * missed);
+            along
+        });
+        let along = DVector::from_iterator(parameters.len(), along);
         self.residuals = moved;
+        Carried { share, along, square: squares(&missed) }
     }
 }
 
 /// The quadratic model of the cost about a point, in scales of the parameters.
-struct NormalEquations {
-    curvature: DMatrix<f64>,
+struct QuadraticModel<'p> {
+    parameters: &'p [Parameter],
+    at: Vec<f64>,
+    linear: Linearisation,
+    curvature: Curvature,
     downhill: DVector<f64>,
     cost: f64,
 }
 
-impl NormalEquations {
-    fn new(parameters: &[Parameter], at: &[f64], linear: &Linearisation) -> Self {
-        let n = parameters.len();
-        let mut curvature = DMatrix::zeros(n, n);
-        let mut downhill = DVector::zeros(n);
-        let products = |j: usize| -> Vec<f64> {
-            linear.columns[..=j].iter().map(|column| dot(column, &linear.columns[j])).collect()
-        };
-        // Each product is a sum of its own, so threads do not change it. Few are not worth a task.
-        let products: Vec<Vec<f64>> = if n < MANY {
-            (0..n).map(products).collect()
-        } else {
-            (0..n).into_par_iter().map(products).collect()
-        };
-        for (j, parameter) in parameters.iter().enumerate() {
-            for (i, other) in parameters.iter().enumerate().take(j + 1) {
-                let entry = products[j][i] * other.scale * parameter.scale;
-                curvature[(i, j)] = entry;
-                curvature[(j, i)] = entry;
-            }
-            downhill[j] = -dot(&linear.columns[j], &linear.residuals) * parameter.scale;
-            if let Some((mean, sd)) = parameter.prior {
-                curvature[(j, j)] += (parameter.scale / sd).powi(2);
-                downhill[j] -= (at[j] - mean) / sd * parameter.scale / sd;
-            }
-        }
-        let cost = squares(&linear.residuals) + prior_cost(parameters, at);
-        Self { curvature, downhill, cost }
+impl<'p> QuadraticModel<'p> {
+    /// `known` are the products of the first columns with one another.
+    fn new(
+        parameters: &'p [Parameter],
+        at: Vec<f64>,
+        linear: Linearisation,
+        known: Option<&DMatrix<f64>>,
+    ) -> Self {
+        let curvature = Curvature::of(parameters, &linear, known);
+        Self::with(parameters, at, linear, curvature)
     }
 
-    /// The damped step from a point. A parameter at a limit stays there where downhill is beyond it, and none passes its limit.
-    fn step(&self, damping: f64, parameters: &[Parameter], at: &[f64]) -> Option<Step> {
-        let n = self.downhill.len();
-        let mut damped = &self.curvature + DMatrix::identity(n, n) * damping;
+    fn with(
+        parameters: &'p [Parameter],
+        at: Vec<f64>,
+        linear: Linearisation,
+        curvature: Curvature,
+    ) -> Self {
+        let downhill = |(j, parameter): (usize, &Parameter)| {
+            let by_readings = -dot(&linear.columns[j], &linear.residuals) * parameter.scale;
+            let by_prior = |(mean, sd): (f64, f64)| (mean - at[j]) / sd * parameter.scale / sd;
+            by_readings + parameter.prior.map_or(0.0, by_prior)
+        };
+        let downhill = parameters.iter().enumerate().map(downhill);
+        let downhill = DVector::from_iterator(parameters.len(), downhill);
+        let cost = squares(&linear.residuals) + prior_cost(parameters, &at);
+        Self { parameters, at, linear, curvature, downhill, cost }
+    }
+
+    /// The same after a step to a point with these residuals, its derivatives carried along.
+    fn carried(self, step: Step, moved: Vec<f64>) -> Self {
+        let Self { parameters, mut linear, curvature, .. } = self;
+        let carried = linear.carry(moved, parameters, &step);
+        let curvature = curvature.carried(parameters, &linear, &carried);
+        Self::with(parameters, step.trial, linear, curvature)
+    }
+
+    /// The largest curvature in the direction of a parameter.
+    fn greatest_curvature(&self) -> f64 {
+        let of_each = self.parameters.iter().zip(&self.linear.columns);
+        let curvature = |(parameter, column): (&Parameter, &Vec<f64>)| {
+            squares(column) * parameter.scale * parameter.scale + parameter.stiffness()
+        };
+        of_each.map(curvature).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    /// The damped step. A parameter at a limit stays there where downhill is beyond it, and none passes its limit.
+    fn step(&self, damping: f64) -> Option<Step> {
+        let Self { parameters, at, .. } = self;
         let mut downhill = self.downhill.clone();
+        let mut held = Vec::new();
         for (j, (parameter, x)) in parameters.iter().zip(at).enumerate() {
             let Some((least, most)) = parameter.range else { continue };
             if *x <= least && downhill[j] < 0.0 || *x >= most && downhill[j] > 0.0 {
-                damped.row_mut(j).fill(0.0);
-                damped.column_mut(j).fill(0.0);
-                damped[(j, j)] = 1.0;
+                held.push(j);
                 downhill[j] = 0.0;
             }
         }
-        let mut step = damped.cholesky()?.solve(&downhill);
+        let mut step = self.curvature.inverse(damping, &held)?.times(&downhill);
         let mut change: Vec<f64> = parameters.iter().zip(&step).map(|(p, s)| s * p.scale).collect();
         let mut trial: Vec<f64> = at.iter().zip(&change).map(|(x, change)| x + change).collect();
         let mut limited = false;
@@ -247,10 +290,30 @@ impl NormalEquations {
         // The decrease that the linear model predicts.
         let predicted = match limited {
             false => step.dot(&(damping * &step + &self.downhill)),
-            true => step.dot(&(2.0 * &self.downhill - &self.curvature * &step)),
+            true => 2.0 * step.dot(&self.downhill) - self.bend(&step, &change),
         };
         Some(Step { step, change, trial, predicted })
     }
+
+    /// The square of the change of residuals and priors along a step.
+    fn bend(&self, step: &DVector<f64>, change: &[f64]) -> f64 {
+        let mut moved = vec![0.0; self.linear.residuals.len()];
+        for (column, change) in self.linear.columns.iter().zip(change) {
+            moved.iter_mut().zip(column).for_each(|(moved, slope)| *moved += slope * change);
+        }
+        let priors = self.parameters.iter().zip(step);
+        squares(&moved) + priors.map(|(p, step)| p.stiffness() * step * step).sum::<f64>()
+    }
+}
+
+/// By how much derivatives were changed when they were carried along a step, all in scales of the parameters.
+struct Carried {
+    /// Each column's share of what they had missed.
+    share: DVector<f64>,
+    /// What they had missed along each column, before the change.
+    along: DVector<f64>,
+    /// The square of what they had missed.
+    square: f64,
 }
 
 /// A step of the search.
@@ -267,21 +330,6 @@ struct Step {
 
 fn squares(residuals: &[f64]) -> f64 {
     dot(residuals, residuals)
-}
-
-/// Scalar product, in eight partial sums that the processor computes together; always in the same order.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const LANES: usize = 8;
-    let (a, a_rest) = a.as_chunks::<LANES>();
-    let (b, b_rest) = b.as_chunks::<LANES>();
-    let mut sums = [0.0; LANES];
-    for (a, b) in a.iter().zip(b) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
 }
 
 fn prior_cost(parameters: &[Parameter], at: &[f64]) -> f64 {
@@ -341,6 +389,7 @@ mod tests {
     fn carried_derivatives_lead_to_the_same_minimum_with_fewer_computed_ones() {
         let parameters = [free(0.35, 0.01), free(1.1, 0.01), free(2.3, 0.01)];
         let with = |carried: usize, known: Option<Linearisation>| {
+            let known = known.map(|linear| Known { linear, products: None });
             let mut computed = 0;
             let stopping = Stopping { carried, ..Stopping::default() };
             let minimum = minimise_from(
@@ -379,7 +428,7 @@ mod tests {
             columns: vec![vec![20.0, 1.0], vec![-10.0, 0.0]],
             ..rosenbrock(&[-1.2, 1.0])
         };
-        for known in [None, Some(wrong)] {
+        for known in [None, Some(Known { linear: wrong, products: None })] {
             let minimum =
                 minimise_from(&start, stopping, known, |x| rosenbrock(x).residuals, rosenbrock);
             assert!(minimum.parameters.iter().all(|p| (p - 1.0).abs() < 1e-5), "{minimum:?}");
@@ -394,7 +443,9 @@ mod tests {
         let change: Vec<f64> = step.iter().zip(scales).map(|(step, scale)| step * scale).collect();
         let still = linear.columns[1].clone();
         let moved = decays(&[0.4 + change[0], 0.9, 2.0 + change[2]]).residuals;
-        linear.carry(moved.clone(), &step, &change);
+        let parameters = scales.map(|scale| free(0.0, scale));
+        let step = Step { step, change: change.clone(), trial: Vec::new(), predicted: 0.0 };
+        linear.carry(moved.clone(), &parameters, &step);
         assert_eq!(linear.columns[1], still);
         for i in 0..moved.len() {
             let along: f64 =

@@ -48,7 +48,6 @@ mod diffuse;
 mod estimate;
 mod even;
 mod field_map;
-mod linear;
 mod mapping;
 mod normal;
 mod posterior;

@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use fieldgap_acoustics::least_squares::Factor;
 use fieldgap_diagnosis::{FieldSamples, FoundField, PossibleReading};
 
 use crate::diffuse::correlation;
 use crate::estimate::{Estimate, FieldEstimate, Foretold};
-use crate::linear::Factor;
 use crate::prior::{Functionals, Prior, ReceiverCurve, Sizes};
 use crate::sizes::{Parts, best_sizes};
 

@@ -3,9 +3,9 @@
 //! -½ yᵀ K⁻¹ y - ½ ln det K, about the linearisation, with a wide normal prior of each logarithm (C. E. Rasmussen and C. K. I. Williams,
 //! *Gaussian Processes for Machine Learning*, eq. 2.30). It is maximised by steps along each logarithm in turn, which halve where none helps.
 
+use fieldgap_acoustics::least_squares::Factor;
 use nalgebra::{DMatrix, DVector};
 
-use crate::linear::Factor;
 use crate::prior::Sizes;
 
 /// Readings on which sizes are sought: of more, three sizes hardly become more certain.

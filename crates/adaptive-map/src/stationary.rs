@@ -7,12 +7,12 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use fieldgap_acoustics::Vec3;
+use fieldgap_acoustics::least_squares::Factor;
 use fieldgap_comparison::{DarkReadings, USUAL_PROPORTIONAL_NOISE, averaged_magnitudes};
 use fieldgap_diagnosis::PossibleReading;
 use fieldgap_records::RecordedScan;
 
 use crate::estimate::{Estimate, FieldEstimate, Foretold};
-use crate::linear::Factor;
 use crate::sizes::climb;
 
 /// Readings on which sizes are sought at most: the first of them. (Every second of a grid would hide the length that the grid shows.)

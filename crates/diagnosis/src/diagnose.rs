@@ -244,9 +244,9 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     let most = (MOST_ELEMENT_READINGS / observations.elements()).max(FEWEST_READINGS);
     let mut search = ModelSearch::begin(&observations.thinned(READINGS_OF_A_SEARCH), context);
     let noise_is_told = observations.is_noise_told();
-    let mut best = refined(search.scored[0].fit.clone(), observations, context, SEARCH, &[]);
+    let mut best = refined(search.scored[0].fit.clone(), observations, context, SEARCH, None);
     if leave_out_outliers(observations, &best.model(context), &best.nuisance) {
-        best = refined(best, observations, context, SEARCH, &[]);
+        best = refined(best, observations, context, SEARCH, None);
     }
     if noise_is_told && !is_near(&best, observations) {
         // A fit far from the readings says nothing about their noise.
@@ -327,9 +327,9 @@ fn fitted_again(
 ) -> Vec<ScoredModel> {
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
-    let mut best = refined(sets[0].fit.clone(), observations, context, SEARCH, &[]);
+    let mut best = refined(sets[0].fit.clone(), observations, context, SEARCH, None);
     if leave_out_outliers(observations, &best.model(context), &best.nuisance) {
-        best = refined(best, observations, context, SEARCH, &[]);
+        best = refined(best, observations, context, SEARCH, None);
     }
     if leaves_noise(&best, observations) {
         settled_again(observations, &best.model(context), &best.nuisance, context);

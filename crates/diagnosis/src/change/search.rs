@@ -131,7 +131,7 @@ fn with_one_element(
                     spreads,
                     nuisance: Some(before.nuisance),
                 };
-                ScoredModel::of(fit_any(observations, context, start, SEARCH, &[]), observations)
+                ScoredModel::of(fit_any(observations, context, start, SEARCH, None), observations)
             })
             .max_by(|one, other| one.log_evidence.total_cmp(&other.log_evidence))
     };

@@ -4,6 +4,7 @@ use fieldgap_acoustics::least_squares::Stopping;
 
 use crate::fit::joint_fit::{Fit, Start, fit_beside};
 use crate::fit::random_elements::fit_with_spread;
+use crate::fit::slopes::Slopes;
 use crate::model::effect::{Context, Search};
 use crate::model::observations::Observations;
 
@@ -13,7 +14,7 @@ pub(crate) fn refined(
     observations: &Observations,
     context: &Context,
     stopping: Stopping,
-    known: &[Vec<f64>],
+    known: Option<&Slopes>,
 ) -> Fit {
     let Fit { instances, values, spreads, nuisance, .. } = fit;
     let start = Start { instances, values, spreads, nuisance: Some(nuisance) };
@@ -26,7 +27,7 @@ pub(crate) fn fit_any(
     context: &Context,
     start: Start,
     stopping: Stopping,
-    known: &[Vec<f64>],
+    known: Option<&Slopes>,
 ) -> Fit {
     let random =
         start.instances.iter().rposition(|instance| instance.effect.search() == Search::Random);

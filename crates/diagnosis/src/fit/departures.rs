@@ -6,7 +6,7 @@
 
 use nalgebra::DMatrix;
 
-use fieldgap_acoustics::least_squares::Parameter as Unknown;
+use fieldgap_acoustics::least_squares::{Factor, Parameter as Unknown};
 
 use crate::limits::SPREAD_KNOWN_WITHIN;
 
@@ -46,7 +46,7 @@ pub(crate) fn cost_of_departures(
         let block = DMatrix::from_fn(of.len(), of.len(), |i, j| {
             covariance[(of[i], of[j])] / (unit(of[i]) * unit(of[j]))
         });
-        Some(block.cholesky()?.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>())
+        Some(0.5 * Factor::of(block)?.log_determinant())
     };
     let all: Vec<usize> = departures.iter().chain(effects).copied().collect();
     log_volume(effects).zip(log_volume(&all)).map_or(0.0, |(effects, all)| effects - all)

@@ -8,6 +8,7 @@ use crate::effect_id::EffectId;
 use crate::fit::departures::{cost_of_departures, cost_of_spread, likeliest_spread};
 use crate::fit::left::Left;
 use crate::fit::problem::Problem;
+use crate::fit::slopes::Slopes;
 use crate::limits::{CARRIED, NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD};
 use crate::model::effect::{Context, Estimate, Parameter, Search};
 use crate::model::forward_model::ForwardModel;
@@ -249,7 +250,7 @@ pub(crate) fn fit(
     start: Start,
     stopping: Stopping,
 ) -> Fit {
-    fit_beside(observations, context, start, stopping, &[])
+    fit_beside(observations, context, start, stopping, None)
 }
 
 /// The same with the derivatives of these readings by the first of the parameters, or near values of them, where they are known.
@@ -258,14 +259,14 @@ pub(crate) fn fit_beside(
     context: &Context,
     start: Start,
     stopping: Stopping,
-    known: &[Vec<f64>],
+    known: Option<&Slopes>,
 ) -> Fit {
     if !observations.have_phases() {
         return descended(observations, context, start, stopping, known);
     }
     // Phases that are off by more than half a turn lead astray, amplitudes alone leave signs open: each leads where the other does not.
     let by_amplitudes =
-        descended(&observations.without_phases(), context, start.clone(), stopping, &[]);
+        descended(&observations.without_phases(), context, start.clone(), stopping, None);
     let from_there = Start {
         values: by_amplitudes.values,
         nuisance: Some(by_amplitudes.nuisance),
@@ -273,7 +274,7 @@ pub(crate) fn fit_beside(
     };
     let [first, other] = [
         descended(observations, context, start, stopping, known),
-        descended(observations, context, from_there, stopping, &[]),
+        descended(observations, context, from_there, stopping, None),
     ];
     if other.penalised < first.penalised { other } else { first }
 }
@@ -284,7 +285,7 @@ fn descended(
     context: &Context,
     start: Start,
     stopping: Stopping,
-    known: &[Vec<f64>],
+    known: Option<&Slopes>,
 ) -> Fit {
     let Start { instances, values, spreads, nuisance } = start;
     let nuisance = nuisance.unwrap_or_else(|| {
@@ -300,7 +301,7 @@ fn descended(
     let Minimum { parameters, cost: penalised, covariance, expected_fall, .. } = minimise_from(
         &unknowns,
         stopping,
-        problem.linearised_beside(known, &at, &unknowns),
+        known.and_then(|known| problem.beside_known(known, &at, &unknowns)),
         |numbers| problem.at(numbers),
         |numbers| {
             if age % KEPT == 0 {

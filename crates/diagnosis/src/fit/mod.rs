@@ -15,3 +15,4 @@ pub mod left;
 pub mod problem;
 pub mod random_elements;
 pub mod score_statistic;
+pub mod slopes;

@@ -1,12 +1,13 @@
 //! The least-squares problem of a set of effects: residuals and their derivatives at any point.
 
-use fieldgap_acoustics::least_squares::{Linearisation, Parameter as Unknown};
+use fieldgap_acoustics::least_squares::{Known, Linearisation, Parameter as Unknown};
 use num_complex::Complex64;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use crate::fit::left::Left;
+use crate::fit::slopes::Slopes;
 use crate::model::effect::{Context, Effect, Search, Stage};
 use crate::model::forward_model::{ForwardModel, Pressures};
 use crate::model::instance::{Active, Instance, Setting};
@@ -229,21 +230,21 @@ impl<'o> Problem<'o> {
         Linearisation { residuals: evaluation.squared.clone(), columns }
     }
 
-    /// Residuals at a point and derivatives, of which the first are taken from `known`; `None` if it is not of these residuals.
-    pub fn linearised_beside(
+    /// Residuals at a point and derivatives, of which the first are known; `None` if these are not of the same residuals.
+    pub fn beside_known<'k>(
         &self,
-        known: &[Vec<f64>],
+        known: &'k Slopes,
         numbers: &[f64],
         unknowns: &[Unknown],
-    ) -> Option<Linearisation> {
-        let first = known.first()?;
+    ) -> Option<Known<'k>> {
+        let mut columns = known.columns().to_vec();
         let evaluation = self.evaluate(numbers);
-        if first.len() != evaluation.squared.len() {
+        if columns.first()?.len() != evaluation.squared.len() {
             return None;
         }
-        let mut columns = known.to_vec();
-        columns.extend(self.columns(numbers, unknowns, known.len()..numbers.len(), &evaluation));
-        Some(Linearisation { residuals: evaluation.squared.clone(), columns })
+        columns.extend(self.columns(numbers, unknowns, columns.len()..numbers.len(), &evaluation));
+        let linear = Linearisation { residuals: evaluation.squared.clone(), columns };
+        Some(Known { linear, products: Some(known.products()) })
     }
 
     /// Derivatives of the residuals by some of the numbers, at an evaluated point. It may have been evaluated without the last effect, if

@@ -4,7 +4,7 @@
 //! departures, the logarithm of the evidence is ½ gᵀ(H + s⁻²)⁻¹ g - ½ ln det(1 + s² H), whose maximum gives the
 //! spread.
 
-use fieldgap_acoustics::least_squares::Stopping;
+use fieldgap_acoustics::least_squares::{Factor, Stopping};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, Start, fit, fit_beside};
+use crate::fit::slopes::Slopes;
 use crate::limits::{MOST_OUTSTANDING, OUTSTANDING, RESTARTS};
 use crate::model::effect::{Context, PerElement, Search};
 use crate::model::instance::Instance;
@@ -34,7 +35,7 @@ pub(crate) fn fit_with_spread(
     start: Start,
     number: usize,
     stopping: Stopping,
-    known: &[Vec<f64>],
+    known: Option<&Slopes>,
 ) -> Fit {
     let mut start = start;
     let before = start.spreads[number];
@@ -156,7 +157,7 @@ fn better_spread(fit: &Fit, number: usize) -> f64 {
         covariance.view((range.start, range.start), (range.len(), range.len())).into_owned();
     let values = DVector::from_column_slice(&fit.values[number]);
     // The curvature by the readings alone, all else free: the inverse of the block less the prior.
-    let Some(with_prior) = block.cholesky().map(|c| c.inverse()) else { return spread };
+    let Some(with_prior) = Factor::of(block).map(|factor| factor.inverse()) else { return spread };
     let curvature: DMatrix<f64> =
         &with_prior - DMatrix::identity(range.len(), range.len()) / (spread * spread);
     // At the fit the departures are (H + s⁻²)⁻¹ g.

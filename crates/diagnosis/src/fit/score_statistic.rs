@@ -1,12 +1,13 @@
 //! Rao's score statistic: what the readings say of an effect before it is fitted.
 
-use fieldgap_acoustics::least_squares::{Linearisation, Parameter as Unknown, dot};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use fieldgap_acoustics::least_squares::{Factor, Linearisation, Parameter as Unknown, dot};
+use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use std::sync::{Arc, OnceLock};
 
 use crate::fit::joint_fit::{Fit, unknowns, unknowns_of_effects};
 use crate::fit::problem::{Evaluation, Problem};
+use crate::fit::slopes::Slopes;
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
@@ -19,9 +20,10 @@ pub(crate) struct ScoreStatistics<'o> {
     pub fit: &'o Fit,
     numbers: Vec<f64>,
     unknowns: Vec<Unknown>,
-    linear: Linearisation,
+    residuals: Vec<f64>,
+    slopes: Slopes,
     evaluation: Arc<Evaluation>,
-    within: OnceLock<Option<Cholesky<f64, Dyn>>>,
+    within: OnceLock<Option<Factor>>,
 }
 
 /// The quadratic model of half the cost in an effect's own parameters, all else fitted anew.
@@ -68,28 +70,40 @@ impl<'o> ScoreStatistics<'o> {
         let unknowns = unknowns(&fit.instances, &fit.values, &fit.spreads, &fit.nuisance, context);
         let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
         let problem = Problem::new(observations, context, &fit.instances, &fit.values);
-        let linear = problem.linearise(&numbers, &unknowns, &mut None);
+        let Linearisation { residuals, columns } =
+            problem.linearise(&numbers, &unknowns, &mut None);
+        let slopes = Slopes::of(columns);
         let evaluation = problem.evaluate(&numbers);
         let within = OnceLock::new();
-        Self { observations, context, fit, numbers, unknowns, linear, evaluation, within }
+        Self {
+            observations,
+            context,
+            fit,
+            numbers,
+            unknowns,
+            residuals,
+            slopes,
+            evaluation,
+            within,
+        }
     }
 
-    /// The derivatives by the fitted parameters, one column each.
-    pub fn known(&self) -> &[Vec<f64>] {
-        &self.linear.columns
+    /// The derivatives by the fitted parameters.
+    pub fn slopes(&self) -> &Slopes {
+        &self.slopes
     }
 
     /// The same, taken out.
-    pub fn columns(self) -> Vec<Vec<f64>> {
-        self.linear.columns
+    pub fn into_slopes(self) -> Slopes {
+        self.slopes
     }
 
     /// The derivatives by the fitted parameters, one column each. Below them stands one row for each prior: one over its standard deviation.
     pub fn known_columns(&self) -> DMatrix<f64> {
-        let readings = self.linear.residuals.len();
+        let readings = self.residuals.len();
         let rows = readings + self.unknowns.len();
         let mut columns = DMatrix::zeros(rows, self.unknowns.len());
-        for (j, (column, unknown)) in self.linear.columns.iter().zip(&self.unknowns).enumerate() {
+        for (j, (column, unknown)) in self.slopes.columns().iter().zip(&self.unknowns).enumerate() {
             columns.view_mut((0, j), (readings, 1)).copy_from_slice(column);
             columns[(readings + j, j)] = unknown.prior.map_or(0.0, |(_, sd)| 1.0 / sd);
         }
@@ -129,7 +143,7 @@ impl<'o> ScoreStatistics<'o> {
             });
         let names = nuisance.map(Some).chain(of_effects);
         names
-            .zip(&self.linear.columns)
+            .zip(self.slopes.columns())
             .filter_map(|(name, column)| Some((name?, column.as_slice())))
     }
 
@@ -137,8 +151,8 @@ impl<'o> ScoreStatistics<'o> {
     pub fn shift_columns(&self) -> [Vec<f64>; 3] {
         [1, 2, 3].map(|number| {
             let scans = (0..self.fit.nuisance.len()).map(|n| Nuisance::COUNT * n + number);
-            let columns = scans.map(|number| &self.linear.columns[number]);
-            let mut sum = vec![0.0; self.linear.residuals.len()];
+            let columns = scans.map(|number| &self.slopes.columns()[number]);
+            let mut sum = vec![0.0; self.residuals.len()];
             columns.for_each(|column| sum.iter_mut().zip(column).for_each(|(s, c)| *s += c));
             sum
         })
@@ -157,16 +171,15 @@ impl<'o> ScoreStatistics<'o> {
     }
 
     /// The curvature in the fitted parameters, decomposed; `None` where some combination of it changes nothing.
-    fn within(&self) -> Option<&Cholesky<f64, Dyn>> {
+    fn within(&self) -> Option<&Factor> {
         let decomposed = || {
-            let (known, old) = (self.numbers.len(), &self.linear.columns);
-            let mut within = DMatrix::from_fn(known, known, |i, j| dot(&old[i], &old[j]));
+            let mut within = self.slopes.products().clone();
             for (i, unknown) in self.unknowns.iter().enumerate() {
                 if let Some((_, sd)) = unknown.prior {
                     within[(i, i)] += 1.0 / (sd * sd);
                 }
             }
-            within.cholesky()
+            Factor::of(within)
         };
         self.within.get_or_init(decomposed).as_ref()
     }
@@ -174,8 +187,8 @@ impl<'o> ScoreStatistics<'o> {
     /// The statistic of a change of the residuals along these columns.
     pub fn of_columns(&self, columns: &[Vec<f64>]) -> ScoreStatistic {
         let known = self.numbers.len();
-        let residuals = &self.linear.residuals;
-        let old = &self.linear.columns;
+        let residuals = &self.residuals;
+        let old = self.slopes.columns();
         let across = DMatrix::from_fn(known, columns.len(), |i, j| dot(&old[i], &columns[j]));
         let own =
             DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(&columns[i], &columns[j]));
@@ -185,14 +198,15 @@ impl<'o> ScoreStatistics<'o> {
         );
         // Remove the part shared with the fitted parameters, and their slope where the fit is not quite at its minimum.
         let curvature = match self.within() {
-            Some(cholesky) => {
+            Some(within) => {
                 let known_downhill = DVector::from_fn(known, |i, _| {
                     let prior = self.unknowns[i].prior;
                     let back = prior.map_or(0.0, |(mean, sd)| (mean - self.numbers[i]) / (sd * sd));
                     back - dot(&old[i], residuals)
                 });
-                downhill -= across.tr_mul(&cholesky.solve(&known_downhill));
-                &own - across.transpose() * cholesky.solve(&across)
+                downhill -= across.tr_mul(&within.solve(&known_downhill));
+                let whitened = within.whitened(&across);
+                &own - whitened.transpose() * &whitened
             }
             None => own.clone(),
         };

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use fieldgap_acoustics::least_squares::{Linearisation, dot};
+use fieldgap_acoustics::least_squares::{Factor, Linearisation, dot, inner_products};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -124,13 +124,7 @@ impl QuadraticCost {
             }
         }
         let size = columns.len();
-        let mut curvature = DMatrix::from_element(size, size, 0.0);
-        for i in 0..size {
-            for j in 0..=i {
-                curvature[(i, j)] = dot(&columns[i], &columns[j]);
-                curvature[(j, i)] = curvature[(i, j)];
-            }
-        }
+        let mut curvature = inner_products(&columns);
         let mut downhill =
             DVector::from_iterator(size, columns.iter().map(|column| -dot(column, &residuals)));
         for (n, unknown) in unknowns.iter().enumerate() {
@@ -144,7 +138,7 @@ impl QuadraticCost {
         };
         let part = |rows: &[usize]| DVector::from_fn(rows.len(), |i, _| downhill[rows[i]]);
         let across = block(&beside, &own);
-        let within = block(&beside, &beside).cholesky()?;
+        let within = Factor::of(block(&beside, &beside))?;
         let carried = within.solve(&across);
         let curvature = block(&own, &own) - across.transpose() * &carried;
         let neutral: Vec<f64> =

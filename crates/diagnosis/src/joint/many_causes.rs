@@ -144,7 +144,7 @@ fn best_of(sets: Vec<ScoredModel>) -> Option<ScoredModel> {
 
 /// A set that was fitted to some readings, fitted to all.
 fn on_all(fit: Fit, observations: &Observations, context: &Context) -> ScoredModel {
-    ScoredModel::of(refined(fit, observations, context, SEARCH, &[]), observations)
+    ScoredModel::of(refined(fit, observations, context, SEARCH, None), observations)
 }
 
 /// The effects that a joint fit from there keeps, with priors as wide as a set of few has them.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use fieldgap_acoustics::least_squares::Factor;
 use nalgebra::{DMatrix, DVector};
 
 use crate::fit::joint_fit::Fit;
@@ -74,7 +75,7 @@ impl Posterior {
         let Range { start, end } = member.range;
         let count = end - start;
         let own = self.covariance.view((start, start), (count, count)).into_owned();
-        let precision = own.cholesky()?.inverse();
+        let precision = Factor::of(own)?.inverse();
         let by_readings =
             &precision - DMatrix::identity(count, count) / (member.width * member.width);
         let downhill = precision * self.mean.rows(start, count);
@@ -92,7 +93,7 @@ impl Posterior {
                 self.covariance[(rows[i], columns[j])]
             })
         };
-        let own = block(&out, &out).cholesky()?;
+        let own = Factor::of(block(&out, &out))?;
         let across = block(&kept, &out);
         let carried = &across * own.inverse();
         let mean = DVector::from_fn(kept.len(), |i, _| self.mean[kept[i]])

@@ -13,6 +13,7 @@ use crate::fit::random_elements::{
     best_spread, from_elsewhere, in_place_of_departures, without_phases,
 };
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
+use crate::fit::slopes::Slopes;
 use crate::limits::{
     CARRIED, COARSE_READINGS_NEAR, FEW_READINGS, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
     ONE_STEP_SHORT_BY, RIVALS, STUCK,
@@ -131,7 +132,7 @@ impl Extension {
             if adds_nothing || scored.log_evidence <= best - RIVALS.get() {
                 return scored;
             }
-            ScoredModel::of(refined(scored.fit, observations, context, SEARCH, &[]), observations)
+            ScoredModel::of(refined(scored.fit, observations, context, SEARCH, None), observations)
         };
         let fitted = fitted.into_par_iter().map(at_minimum).collect();
         let given_up = given_up.into_iter().map(|((set, _), _)| set.ids).collect();
@@ -187,7 +188,7 @@ struct Base<'o> {
     /// Its cost on the few readings.
     coarse_cost: f64,
     /// The derivatives of the few readings by what is fitted already.
-    coarse_columns: Vec<Vec<f64>>,
+    coarse_slopes: Slopes,
 }
 
 impl<'o> Base<'o> {
@@ -210,13 +211,13 @@ impl<'o> Base<'o> {
                 || near && noise_is_settled && noise_is_told,
             asks_for_stray_waves: true,
             coarse_cost: cost_on(coarse, &scored.fit, context),
-            coarse_columns: ScoreStatistics::of(coarse, context, &scored.fit).columns(),
+            coarse_slopes: ScoreStatistics::of(coarse, context, &scored.fit).into_slopes(),
         }
     }
 
-    /// The derivatives of all readings by what is fitted already; none where the effect would change them.
-    fn known(&self, effect: &'static dyn Effect) -> &[Vec<f64>] {
-        if self.near && self.keeps_slopes(effect) { self.scores.known() } else { &[] }
+    /// The derivatives of all readings by what is fitted already; `None` where the effect would change them.
+    fn known(&self, effect: &'static dyn Effect) -> Option<&Slopes> {
+        (self.near && self.keeps_slopes(effect)).then(|| self.scores.slopes())
     }
 
     /// Whether the readings go on following the departures of single elements as they did: what silences or exchanges an element changes how they follow
@@ -275,8 +276,8 @@ impl<'o> Base<'o> {
             let instance = Instance { effect, choice: beginning.choice.clone() };
             is_plausible(coarse, context, &instance, &beginning.values)
         };
-        let known = if self.keeps_slopes(effect) { self.coarse_columns.as_slice() } else { &[] };
-        let mut starts: Vec<(Start, &[Vec<f64>])> =
+        let known = self.keeps_slopes(effect).then_some(&self.coarse_slopes);
+        let mut starts: Vec<(Start, Option<&Slopes>)> =
             beginnings(effect, &self.quick, &self.scores, slope_leads, context)
                 .into_iter()
                 .filter(plausible)
@@ -288,11 +289,11 @@ impl<'o> Base<'o> {
             let scored = QuickScores::of(&without, self.scores.observations, context);
             let others = beginnings(effect, &scored, &self.scores, slope_leads, context);
             let others = others.into_iter().map(|other| start(other, &without));
-            starts.extend(others.map(|start| (start, [].as_slice())));
+            starts.extend(others.map(|start| (start, None)));
         }
         for (elements, without) in in_place_of_departures(before, effect.search()) {
             let choice = Choice::Elements(elements);
-            starts.push((start(Beginning { choice, values: Vec::new() }, &without), &[]));
+            starts.push((start(Beginning { choice, values: Vec::new() }, &without), None));
         }
         let stopping = if starts.len() > 1 { FIRST_STEPS } else { ROUGH };
         let best = starts
@@ -300,7 +301,7 @@ impl<'o> Base<'o> {
             .map(|(start, known)| fit_any(coarse, context, start, stopping, known))
             .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))?;
         let best =
-            if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH, &[]) };
+            if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH, None) };
         if effect.search() != Search::Random || !self.is_stuck(&best, coarse) {
             return Some(best);
         }
@@ -427,12 +428,12 @@ mod tests {
             let nuisance = Some(base.scored.fit.nuisance.clone());
             let values = vec![effect.neutral()];
             let start = Start { instances, values, spreads: vec![f64::NAN], nuisance };
-            let fit = fit_any(&coarse, context, start, ROUGH, &[]);
+            let fit = fit_any(&coarse, context, start, ROUGH, None);
             let (found, adds_nothing) = base.fit_to_all(effect, fit, &observations, context);
             assert_eq!(adds_nothing, !acts, "{ratio}");
             let gained = found.log_evidence - base.scored.log_evidence;
             assert!(if acts { gained > 5.0 } else { gained < 0.0 }, "{ratio}: {gained}");
-            let again = refined(found.fit.clone(), &observations, context, SEARCH, &[]);
+            let again = refined(found.fit.clone(), &observations, context, SEARCH, None);
             let left = ScoredModel::of(again, &observations).log_evidence - found.log_evidence;
             assert!(!acts || left < 0.1, "{ratio}: {left}");
         }
@@ -480,15 +481,15 @@ mod tests {
             spreads: vec![f64::NAN],
             nuisance: None,
         };
-        let imitated = fit_any(&observations, &bench.context, start, SEARCH, &[]);
+        let imitated = fit_any(&observations, &bench.context, start, SEARCH, None);
         assert!((imitated.values[0][SILENT] + 1.0).abs() < 0.1, "{:?}", imitated.values);
         assert!(imitated.spreads[0] > 5.0 * SPREAD, "{:?}", imitated.spreads);
         let imitated = [ScoredModel::of(imitated, &observations)];
         // The slopes by the departures hold beside another pitch, and not beside a silent element.
         let coarse = observations.thinned(160);
         let base = Base::of(&imitated[0], true, &observations, &coarse, &bench.context);
-        assert!(!base.known(effect(EffectId::Pitch)).is_empty());
-        assert!(base.known(effect(EffectId::DeadElements)).is_empty());
+        assert!(base.known(effect(EffectId::Pitch)).is_some());
+        assert!(base.known(effect(EffectId::DeadElements)).is_none());
         let tried = Some([EffectId::DeadElements].into());
         let context = Context { tried, ..bench.context.clone() };
         let Extension { fitted, .. } =

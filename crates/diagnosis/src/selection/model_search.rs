@@ -76,7 +76,7 @@ impl ModelSearch {
         let fits = sets.into_par_iter().map(|scored| scored.fit);
         let mut scored: Vec<ScoredModel> = fits
             .map(|fit| {
-                ScoredModel::of(refined(fit, observations, context, SEARCH, &[]), observations)
+                ScoredModel::of(refined(fit, observations, context, SEARCH, None), observations)
             })
             .collect();
         sort(&mut scored);
@@ -138,7 +138,7 @@ impl ModelSearch {
                     fit.values[number] = effect.carried(fit.values[number].clone(), &choice);
                     fit.instances[number].choice = choice;
                     let other = ScoredModel::of(
-                        refined(fit, observations, context, SEARCH, &[]),
+                        refined(fit, observations, context, SEARCH, None),
                         observations,
                     );
                     if other.log_evidence > scored.log_evidence {
@@ -283,7 +283,7 @@ impl ModelSearch {
         let without: Vec<ScoredModel> = (0..best.instances.len())
             .filter(|&number| !best.instances[number].effect.is_defect())
             .map(|number| {
-                let fit = refined(best.without(number), observations, context, SEARCH, &[]);
+                let fit = refined(best.without(number), observations, context, SEARCH, None);
                 ScoredModel::of(fit, observations)
             })
             .collect();

@@ -60,7 +60,7 @@ pub(crate) fn believed(observations: &Observations, context: &Context) -> Scored
     if context.stated.holds_elements() {
         // How large the departures are is found from one fit for the next.
         for _ in 0..SPREADS_SETTLE {
-            fit = refined(fit, observations, context, SEARCH, &[]);
+            fit = refined(fit, observations, context, SEARCH, None);
         }
     }
     ScoredModel::of(fit, observations)
@@ -133,7 +133,7 @@ mod tests {
         let ScoredModel { fit, log_evidence: evidence, .. } = believed(&observations, &context);
         assert!(fit.expected_fall < 0.1, "{}", fit.expected_fall);
         // They are larger than stated, and the spreads have followed.
-        let again = refined(fit.clone(), &observations, &context, SEARCH, &[]);
+        let again = refined(fit.clone(), &observations, &context, SEARCH, None);
         let penalised = [again.penalised, fit.penalised];
         assert!((penalised[0] - penalised[1]).abs() < 0.1, "{penalised:?}");
         assert!(fit.nuisance.spreads[&EffectId::ElementPhase] > 0.15);

@@ -79,7 +79,7 @@ impl Judged {
         }
         let base = believed_of(scored, observations, context);
         let part = scored[0].fit.only(&held);
-        let part = refined(part, observations, context, SEARCH, &[]);
+        let part = refined(part, observations, context, SEARCH, None);
         let n = observations.len() as f64;
         let excess = |fit: &Fit| (fit.cost - n).max(0.0);
         if excess(&part) > (1.0 - LEAST_SHARE_OF_MOST) * excess(&base.fit) {

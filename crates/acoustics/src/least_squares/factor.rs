@@ -1,9 +1,10 @@
-//! Cholesky's factor of a covariance, and its inverse applied to many columns, in blocks and on all cores.
+//! Cholesky's factor of a curvature or a covariance, and its inverse applied to many columns, in blocks and on all cores.
 //!
 //! Most of the time goes into products of matrices, which run near the speed of the processor; column by column the same took ten times as
 //! long. (G. H. Golub and C. F. Van Loan, *Matrix Computations*, algorithm 4.2.)
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Cholesky, DMatrix, DefaultAllocator, Dim, Dyn, OMatrix};
 use rayon::prelude::*;
 
 /// Rows of a block: a block of this size and as many columns stay in the cache.
@@ -14,7 +15,7 @@ const CHUNK: usize = 128;
 
 /// Cholesky's factor, lower triangular.
 #[derive(Debug, Clone)]
-pub(crate) struct Factor {
+pub struct Factor {
     lower: DMatrix<f64>,
 }
 
@@ -22,6 +23,9 @@ impl Factor {
     /// Of a symmetric matrix, of which the lower half is read; `None` if it is not positive definite.
     pub fn of(mut matrix: DMatrix<f64>) -> Option<Self> {
         let n = matrix.nrows();
+        if n <= BLOCK {
+            return Some(Self { lower: matrix.cholesky()?.unpack() });
+        }
         let mut from = 0;
         while from < n {
             let size = BLOCK.min(n - from);
@@ -88,12 +92,25 @@ impl Factor {
         part
     }
 
-    /// The inverse of the matrix times a vector.
-    pub fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
+    /// The inverse of the matrix times a vector, or times some columns.
+    pub fn solve<C: Dim>(&self, right: &OMatrix<f64, Dyn, C>) -> OMatrix<f64, Dyn, C>
+    where
+        DefaultAllocator: Allocator<Dyn, C>,
+    {
         let mut solved = right.clone();
         self.lower.solve_lower_triangular_mut(&mut solved);
         self.lower.tr_solve_lower_triangular_mut(&mut solved);
         solved
+    }
+
+    /// The inverse of the matrix.
+    pub fn inverse(&self) -> DMatrix<f64> {
+        let n = self.lower.nrows();
+        if n <= BLOCK {
+            return Cholesky::pack_dirty(self.lower.clone()).inverse();
+        }
+        let root = self.whitened(&DMatrix::identity(n, n));
+        root.transpose() * root
     }
 
     /// The logarithm of the determinant of the matrix.
@@ -104,8 +121,10 @@ impl Factor {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use nalgebra::DVector;
     use proptest::prelude::*;
+
+    use super::*;
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(12))]
@@ -124,6 +143,7 @@ mod tests {
             let squares = whitened.transpose() * &whitened;
             let expected = columns.transpose() * plain.solve(&columns);
             prop_assert!((squares - expected).norm() < 1e-7);
+            prop_assert!((factor.inverse() - plain.inverse()).norm() < 1e-8);
         }
     }
 

@@ -265,8 +265,17 @@ pub(crate) const PLANES: usize = 6;
 /// Periods of an axis that a fit is started with. Set by judgement.
 pub(crate) const PERIODS: usize = 3;
 
-/// Elements in a set at most, by the catalogue.
-pub(crate) const MOST_IN_A_SET: usize = 3;
+/// Elements in a small set at most, by the catalogue.
+pub(crate) const MOST_IN_A_SMALL_SET: usize = 3;
+
+/// Of this many elements one more may be in a set of a large array. Set by judgement: with more of them faulty, nobody would measure an array before it is
+/// repaired.
+const ELEMENTS_FOR_A_FAULT: usize = 12;
+
+/// Elements in a set at most, of an array of so many.
+pub(crate) fn most_in_a_set(elements: usize) -> usize {
+    MOST_IN_A_SMALL_SET.max(elements / ELEMENTS_FOR_A_FAULT)
+}
 
 /// Numbers of phase steps whose zeros are chosen again on all readings. Set by judgement.
 pub(crate) const STEPS_REFINED: usize = 6;

@@ -12,6 +12,7 @@ pub mod any;
 pub mod departures;
 pub mod joint_fit;
 pub mod left;
+pub mod outstanding_elements;
 pub mod problem;
 pub mod random_elements;
 pub mod score_statistic;

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 use crate::effect_id::EffectId;
 use crate::fit::joint_fit::{Fit, Start, fit, fit_beside};
 use crate::fit::slopes::Slopes;
-use crate::limits::{MOST_OUTSTANDING, OUTSTANDING, RESTARTS};
-use crate::model::effect::{Context, PerElement, Search};
+use crate::limits::RESTARTS;
+use crate::model::effect::{Context, PerElement};
 use crate::model::instance::Instance;
 use crate::model::observations::Observations;
 
@@ -84,58 +84,6 @@ pub(crate) fn from_elsewhere(
     (0..RESTARTS).into_par_iter().map(from).collect()
 }
 
-/// Large departures may be faults of single elements. Returns the elements that stand out, as sets of one to three or as pairs, each with
-/// the fit without their departures.
-pub(crate) fn in_place_of_departures(fit: &Fit, search: Search) -> Vec<(Vec<usize>, Fit)> {
-    let mut outstanding: Vec<(f64, usize)> = Vec::new();
-    for departures in of_elements(&mut fit.clone()) {
-        let sizes: Vec<f64> = departures.iter().map(|value| value.abs()).collect();
-        let mut sorted = sizes.clone();
-        sorted.sort_by(f64::total_cmp);
-        // Half of all normal numbers are within 0.67 standard deviations.
-        let spread = (sorted[sorted.len() / 2] / 0.6745).max(f64::MIN_POSITIVE);
-        let of_element = sizes.into_iter().enumerate().map(|(n, size)| (size / spread, n));
-        outstanding.extend(of_element.filter(|(size, _)| *size > OUTSTANDING));
-    }
-    outstanding.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut elements: Vec<usize> = Vec::new();
-    for (_, n) in outstanding {
-        if !elements.contains(&n) && elements.len() < MOST_OUTSTANDING {
-            elements.push(n);
-        }
-    }
-    let sets: Vec<Vec<usize>> = match search {
-        Search::Sets => (1..=elements.len().min(3)).map(|size| elements[..size].to_vec()).collect(),
-        Search::Exchanges => {
-            let pair = |(i, &a): (usize, &usize)| {
-                elements[i + 1..].iter().map(|&b| vec![a, b]).collect::<Vec<_>>()
-            };
-            elements.iter().enumerate().flat_map(pair).collect()
-        }
-        _ => Vec::new(),
-    };
-    let without = |mut set: Vec<usize>| {
-        set.sort_unstable();
-        let mut fit = fit.clone();
-        for departures in of_elements(&mut fit) {
-            set.iter().for_each(|&n| departures[n] = 0.0);
-        }
-        (set, fit)
-    };
-    sets.into_iter().map(without).collect()
-}
-
-/// The departures of single elements of a fit, those of the set-up included.
-fn of_elements(fit: &mut Fit) -> Vec<&mut Vec<f64>> {
-    let Fit { instances, values, nuisance, .. } = fit;
-    let effects = instances.iter().zip(values);
-    let effects = effects.filter(|(instance, _)| instance.effect.search() == Search::Random);
-    let is_of_elements =
-        |id: &EffectId| [EffectId::ElementGain, EffectId::ElementPhase].contains(id);
-    let stated = nuisance.departures.iter_mut().filter(|(id, _)| is_of_elements(id));
-    effects.map(|(_, values)| values).chain(stated.map(|(_, values)| values)).collect()
-}
-
 /// A fit without its elements' departures of phase, which may be rounding of the driver; `None` if it has none.
 pub(crate) fn without_phases(fit: &Fit) -> Option<Fit> {
     let of_phases = |instance: &Instance| instance.effect.facts().per_element == PerElement::Phase;
@@ -186,36 +134,4 @@ pub(crate) fn best_spread(curvature: DMatrix<f64>, downhill: &DVector<f64>) -> (
     };
     let rough = best((0..20).map(|i| of(1e-3 * FACTOR.powi(i))).collect()).0;
     best((-5..=5).map(|i| of(rough * FACTOR.powf(f64::from(i) / 6.0))).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effects::effect;
-    use crate::model::effect::Choice;
-    use crate::model::nuisance::Nuisances;
-
-    /// Those of the set-up within its stated uncertainty as well as those of an effect.
-    #[test]
-    fn departures_of_elements_are_taken_out_wherever_they_are() {
-        let mut nuisance = Nuisances::default();
-        let departures = vec![0.1, -0.1, 0.9, 0.1];
-        nuisance.departures.insert(EffectId::ElementPhase, departures.clone());
-        let stated = Fit::of_nothing(nuisance);
-        let instance = Instance { effect: effect(EffectId::ElementPhase), choice: Choice::None };
-        let found = Fit {
-            instances: vec![instance],
-            values: vec![departures],
-            spreads: vec![0.2],
-            ..Fit::of_nothing(Nuisances::default())
-        };
-        for fit in [stated, found] {
-            let of = |fit: &Fit| of_elements(&mut fit.clone())[0].clone();
-            let without = without_phases(&fit).expect("it has some");
-            assert_eq!(of(&without), [0.0; 4]);
-            let in_place = in_place_of_departures(&fit, Search::Sets);
-            assert_eq!(in_place[0].0, [2]);
-            assert_eq!(of(&in_place[0].1), [0.1, -0.1, 0.0, 0.1]);
-        }
-    }
 }

@@ -398,10 +398,12 @@ impl<'c> ForwardModel<'c> {
 
     /// Relative change of one element's complex amplitude from this model to another.
     pub fn change_of_element(&self, element: usize, other: &Self) -> Complex64 {
-        let weight = |model: &Self| -> Complex64 {
-            model.effects().map(|active| active.element_weight(element)).product()
-        };
-        weight(other) / weight(self) - 1.0
+        other.weight_of_element(element) / self.weight_of_element(element) - 1.0
+    }
+
+    /// Factor on one element's complex amplitude by its departures.
+    pub fn weight_of_element(&self, element: usize) -> Complex64 {
+        self.effects().map(|active| active.element_weight(element)).product()
     }
 
     /// The elements, and the phases that they are driven with, rad.

@@ -17,7 +17,7 @@ use nalgebra::DMatrix;
 use crate::effects::phase_quantisation::{COMMON_ZEROS, steps_in_a_period};
 use crate::fit::joint_fit::Fit;
 use crate::fit::left::Likelihood;
-use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, MOST_IN_A_SET, NO_EFFECT, SPREAD_SPAN};
+use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, NO_EFFECT, SPREAD_SPAN, most_in_a_set};
 use crate::model::effect::{Choice, Effect, Search};
 use crate::model::observations::{Observations, ObservedScan};
 
@@ -140,7 +140,7 @@ pub(crate) fn cost_of_choice(choice: &Choice, elements: usize) -> f64 {
         Choice::Elements(set) => {
             let ways: f64 =
                 (0..set.len()).map(|i| (elements - i) as f64 / (i + 1) as f64).product();
-            (MOST_IN_A_SET as f64 * ways).ln()
+            (most_in_a_set(elements) as f64 * ways).ln()
         }
     }
 }

@@ -8,10 +8,9 @@ use crate::effect_id::EffectId;
 use crate::effects::catalogue;
 use crate::fit::any::{fit_any, refined};
 use crate::fit::joint_fit::{Fit, SEARCH, Start, cost_on};
+use crate::fit::outstanding_elements::in_place_of_departures;
 use crate::fit::problem::is_plausible;
-use crate::fit::random_elements::{
-    best_spread, from_elsewhere, in_place_of_departures, without_phases,
-};
+use crate::fit::random_elements::{best_spread, from_elsewhere, without_phases};
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
 use crate::fit::slopes::Slopes;
 use crate::limits::{
@@ -291,7 +290,7 @@ impl<'o> Base<'o> {
             let others = others.into_iter().map(|other| start(other, &without));
             starts.extend(others.map(|start| (start, None)));
         }
-        for (elements, without) in in_place_of_departures(before, effect.search()) {
+        for (elements, without) in in_place_of_departures(before, effect, context) {
             let choice = Choice::Elements(elements);
             starts.push((start(Beginning { choice, values: Vec::new() }, &without), None));
         }

@@ -1,19 +1,20 @@
 //! Where the search for an effect starts: at its own starts or, where the cost has many minima, at the best of all candidates by a cheap
 //! score.
 
-use fieldgap_acoustics::Element;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 use crate::effects::lead_screw::LeadScrew;
 use crate::fit::joint_fit::Fit;
+use crate::fit::outstanding_elements::weight_in_a_set;
 use crate::fit::score_statistic::ScoreStatistics;
 use crate::limits::{
-    LONGEST_LEAD_M, MOST_IN_A_SET, PERIODS, SET_BEAM, SHORTEST_LEAD_M, START_SHORT_BY,
+    LONGEST_LEAD_M, MOST_IN_A_SMALL_SET, PERIODS, SET_BEAM, SHORTEST_LEAD_M, START_SHORT_BY,
+    most_in_a_set,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
-use crate::model::instance::{Instance, Setting};
+use crate::model::instance::Instance;
 use crate::selection::cost_by_gain::CostByGain;
 use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
 
@@ -55,12 +56,7 @@ pub(crate) fn beginnings(
             .collect(),
         Search::Random => vec![plain(vec![0.0; elements])],
         Search::Sets => {
-            // A silent element removes its contribution once, a reversed element twice.
-            let mut element = [Element::at(0.0, 0.0)];
-            let before = element[0].amplitude;
-            let choice = Choice::Elements(vec![0]);
-            effect.elements(Setting { values: &[], choice: &choice, context }, &mut element);
-            let times = (before - element[0].amplitude) / before;
+            let times = 1.0 - weight_in_a_set(effect, context);
             quick.sets(times).into_iter().map(chosen).collect()
         }
         Search::Exchanges => quick.exchanges().into_iter().map(chosen).collect(),
@@ -125,7 +121,7 @@ const SAME_PLACE_M: f64 = 1e-4;
 const FEWEST_PLACES: usize = 8;
 
 impl QuickScores<'_> {
-    /// The best set of each size.
+    /// The best set of each small size, and the best of all larger ones.
     fn sets(&self, times: f64) -> Vec<Choice> {
         let exactly = |set: &[usize]| {
             self.cost(|drive, i| {
@@ -133,17 +129,30 @@ impl QuickScores<'_> {
             })
         };
         let mut beam: Vec<Vec<usize>> = vec![Vec::new()];
-        let mut best = Vec::new();
-        for _ in 0..MOST_IN_A_SET.min(self.elements() - 1) {
+        let mut best: Vec<(f64, Vec<usize>)> = Vec::new();
+        for size in 1..=most_in_a_set(self.elements()).min(self.elements() - 1) {
             let mut quick: Vec<(f64, Vec<usize>)> =
                 beam.par_iter().flat_map_iter(|set| self.sets_with_one_more(set, times)).collect();
             // A set that grew from two smaller ones is there twice.
             quick.sort_by(|a, b| a.1.cmp(&b.1));
             quick.dedup_by(|a, b| a.1 == b.1);
-            let width = if best.is_empty() { SET_BEAM } else { SET_BEAM / 2 };
+            let width = match size {
+                1 => SET_BEAM,
+                2..=MOST_IN_A_SMALL_SET => SET_BEAM / 2,
+                _ => SET_BEAM / 8,
+            };
             beam = best_of(quick, width);
             let finest = beam.iter().take(4).map(|set| (exactly(set), set.clone()));
-            best.extend(finest.min_by(|a, b| a.0.total_cmp(&b.0)));
+            let Some(finest) = finest.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            if size > MOST_IN_A_SMALL_SET {
+                // One more of the elements must be worth its choice.
+                let gained = best.last().map_or(0.0, |smaller| 0.5 * (smaller.0 - finest.0));
+                if gained < f64::ln(self.elements() as f64) {
+                    break;
+                }
+                best.truncate(MOST_IN_A_SMALL_SET);
+            }
+            best.push(finest);
         }
         let choices = best.into_iter().map(|(cost, set)| (cost, Choice::Elements(set)));
         let worth = choices.filter(|(cost, choice)| self.is_worth_a_fit(*cost, choice));
@@ -206,4 +215,41 @@ pub(crate) fn extended(fit: &Fit, effect: &'static dyn Effect, choice: Choice) -
     let mut instances = fit.instances.clone();
     instances.push(Instance { effect, choice });
     instances
+}
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::{Array, Excitation, Vec3};
+
+    use super::*;
+    use crate::effect_id::EffectId;
+    use crate::effects::effect;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::model::forward_model::ForwardModel;
+
+    /// Of 72 elements up to six are looked for.
+    #[test]
+    fn a_large_array_may_have_more_silent_elements_than_a_small_one() {
+        let bench = Bench::of(Array::square(9, 8, 10e-3).expect("not empty"), Excitation::Uniform);
+        let place = |n: usize| Vec3::new((n % 20) as f64 - 9.5, (n / 20 % 20) as f64 - 9.5, 0.0);
+        let height_m = |n: usize| if n < 400 { 0.06 } else { 0.1 };
+        let places = (0..800).map(|n| place(n) * 5e-3 + Vec3::z() * height_m(n)).collect();
+        let mut observations = bench.observations(&[(Excitation::Uniform, places)]);
+        for silent in [vec![17, 50], vec![4, 17, 31, 46, 50, 71]] {
+            let choice = Choice::Elements(silent.clone());
+            let instance = Instance { effect: effect(EffectId::DeadElements), choice };
+            let causes = ForwardModel::of(&[instance], &[vec![]], &bench.context);
+            let readings = causes.expected_readings(&observations, &[nuisance()]);
+            let scan = &mut observations.scans[0];
+            scan.drives[0].stabilised =
+                readings.iter().map(|level| scan.scale.of(*level)).collect();
+            scan.drives[0].readings = readings;
+            let fit = Fit::of_nothing(vec![nuisance()]);
+            let quick = QuickScores::of(&fit, &observations, &bench.context);
+            let sets = quick.sets(1.0);
+            let found = |set: &Choice| matches!(set, Choice::Elements(set) if *set == silent);
+            assert!(sets.iter().any(found), "{silent:?}: {sets:?}");
+            assert!(sets.len() <= MOST_IN_A_SMALL_SET + 1, "{sets:?}");
+        }
+    }
 }

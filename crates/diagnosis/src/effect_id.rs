@@ -57,9 +57,9 @@ effect_ids! {
     ElementGain = "element-gain",
     /// Phases differ from element to element.
     ElementPhase = "element-phase",
-    /// One to three elements are silent.
+    /// One to three elements, or up to a twelfth of a large array, are silent.
     DeadElements = "dead-elements",
-    /// One to three elements are wired in reverse.
+    /// One to three elements, or up to a twelfth of a large array, are wired in reverse.
     Polarity = "polarity",
     /// Two elements are exchanged.
     SwappedChannels = "swapped-channels",

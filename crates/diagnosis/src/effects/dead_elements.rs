@@ -1,4 +1,4 @@
-//! One to three elements are silent: their amplitude is zero.
+//! One to three elements, or up to a twelfth of a large array, are silent: their amplitude is zero.
 
 use super::of_elements::{Act, OfElements};
 use crate::effect_id::EffectId;

@@ -1,4 +1,4 @@
-//! One to three elements are wired in reverse: their amplitude has the opposite sign.
+//! One to three elements, or up to a twelfth of a large array, are wired in reverse: their amplitude has the opposite sign.
 
 use super::of_elements::{Act, OfElements};
 use crate::effect_id::EffectId;

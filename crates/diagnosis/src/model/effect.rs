@@ -79,7 +79,7 @@ impl Choice {
 pub(crate) enum Search {
     /// From its starts, downhill.
     Smooth,
-    /// Every set of up to three elements, then downhill in what remains.
+    /// Every set of up to three elements, or of up to a twelfth of those of a large array, then downhill in what remains.
     Sets,
     /// Every pair of elements.
     Exchanges,

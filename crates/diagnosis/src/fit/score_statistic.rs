@@ -3,7 +3,7 @@
 use fieldgap_acoustics::least_squares::{Factor, Linearisation, Parameter as Unknown, dot};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use crate::fit::joint_fit::{Fit, unknowns, unknowns_of_effects};
 use crate::fit::problem::{Evaluation, Problem};
@@ -23,7 +23,8 @@ pub(crate) struct ScoreStatistics<'o> {
     residuals: Vec<f64>,
     slopes: Slopes,
     evaluation: Arc<Evaluation>,
-    within: OnceLock<Option<Factor>>,
+    /// The curvature in the fitted parameters, decomposed; `None` where some combination of it changes nothing.
+    within: Option<Factor>,
 }
 
 /// The quadratic model of half the cost in an effect's own parameters, all else fitted anew.
@@ -74,7 +75,13 @@ impl<'o> ScoreStatistics<'o> {
             problem.linearise(&numbers, &unknowns, &mut None);
         let slopes = Slopes::of(columns);
         let evaluation = problem.evaluate(&numbers);
-        let within = OnceLock::new();
+        let mut within = slopes.products().clone();
+        for (i, unknown) in unknowns.iter().enumerate() {
+            if let Some((_, sd)) = unknown.prior {
+                within[(i, i)] += 1.0 / (sd * sd);
+            }
+        }
+        let within = Factor::of(within);
         Self {
             observations,
             context,
@@ -170,20 +177,6 @@ impl<'o> ScoreStatistics<'o> {
         self.of_columns(&self.columns_of(effect, values))
     }
 
-    /// The curvature in the fitted parameters, decomposed; `None` where some combination of it changes nothing.
-    fn within(&self) -> Option<&Factor> {
-        let decomposed = || {
-            let mut within = self.slopes.products().clone();
-            for (i, unknown) in self.unknowns.iter().enumerate() {
-                if let Some((_, sd)) = unknown.prior {
-                    within[(i, i)] += 1.0 / (sd * sd);
-                }
-            }
-            Factor::of(within)
-        };
-        self.within.get_or_init(decomposed).as_ref()
-    }
-
     /// The statistic of a change of the residuals along these columns.
     pub fn of_columns(&self, columns: &[Vec<f64>]) -> ScoreStatistic {
         let known = self.numbers.len();
@@ -197,7 +190,7 @@ impl<'o> ScoreStatistics<'o> {
             columns.iter().map(|column| -dot(column, residuals)),
         );
         // Remove the part shared with the fitted parameters, and their slope where the fit is not quite at its minimum.
-        let curvature = match self.within() {
+        let curvature = match &self.within {
             Some(within) => {
                 let known_downhill = DVector::from_fn(known, |i, _| {
                     let prior = self.unknowns[i].prior;

@@ -11,6 +11,7 @@
 pub mod any;
 pub mod departures;
 pub mod joint_fit;
+pub mod kept_value;
 pub mod left;
 pub mod outstanding_elements;
 pub mod problem;

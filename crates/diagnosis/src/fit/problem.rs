@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use crate::fit::kept_value::kept;
 use crate::fit::left::Left;
 use crate::fit::slopes::Slopes;
 use crate::model::effect::{Context, Effect, Search, Stage};
@@ -318,7 +319,7 @@ impl<'o> Problem<'o> {
             self.model(numbers).without_fluctuations().pressures(self.observations, &nuisance)
         };
         let mut moved = steady(beside);
-        let before = evaluation.steady.get_or_init(|| steady(numbers));
+        let before = kept(&evaluation.steady, || steady(numbers));
         let there = moved.iter_mut().flatten().flatten();
         let here = before.iter().flatten().flatten();
         let scattered = evaluation.pressures.iter().flatten().flatten();
@@ -335,7 +336,7 @@ impl<'o> Problem<'o> {
     /// The slope of each residual, then of each variance term, by its pressure: a change dp changes it by the real part of slope times dp.
     pub fn slopes<'l>(&self, numbers: &[f64], evaluation: &'l Evaluation) -> &'l [Complex64] {
         const LOUDER: f64 = 1e-6;
-        evaluation.slopes.get_or_init(|| {
+        kept::<Vec<_>>(&evaluation.slopes, || {
             let mut louder = evaluation.pressures.clone();
             let all = louder.iter_mut().flatten().flatten();
             all.for_each(|pressure| pressure.coherent *= 1.0 + LOUDER);
@@ -391,7 +392,7 @@ impl<'o> Problem<'o> {
         numbers: &[f64],
         evaluation: &'l Evaluation,
     ) -> &'l [Vec<Vec<Complex64>>] {
-        evaluation.contributions.get_or_init(|| {
+        kept::<Vec<_>>(&evaluation.contributions, || {
             let model = self.model(numbers);
             let nuisance = self.nuisance(numbers);
             let scans = self.observations.scans.iter().zip(&nuisance);

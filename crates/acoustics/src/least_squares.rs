@@ -497,6 +497,48 @@ mod tests {
         assert!((minimum.covariance.expect("held")[(1, 1)] - 0.25).abs() < 1e-12);
     }
 
+    /// Of 2 (x + y - 3) and x - y, with x at most one: unbounded both are 1.5; at the limit the least is at y = 1.8.
+    #[test]
+    fn no_step_passes_a_limit_and_its_decrease_is_foretold() {
+        let model = |x: &[f64]| Linearisation {
+            residuals: vec![2.0 * (x[0] + x[1] - 3.0), x[0] - x[1]],
+            columns: vec![vec![2.0, 1.0], vec![2.0, -1.0]],
+        };
+        let bounded = Parameter { range: Some((-1.0, 1.0)), ..free(0.0, 0.1) };
+        let parameters = [bounded, free(0.0, 10.0)];
+        let step_from = |at: [f64; 2]| {
+            let model = QuadraticModel::new(&parameters, at.to_vec(), model(&at), None);
+            (model.cost, model.step(0.0).expect("both matter"))
+        };
+        let (cost, towards) = step_from([0.8, 0.1]);
+        let [x, y] = [towards.trial[0], towards.trial[1]];
+        assert!(x == 1.0 && (y - 1.5).abs() < 1e-9, "{x} {y}");
+        let fell = cost - squares(&model(&towards.trial).residuals);
+        assert!((towards.predicted - fell).abs() < 1e-9, "{} {fell}", towards.predicted);
+        let (_, along) = step_from([1.0, 0.1]);
+        let [x, y] = [along.trial[0], along.trial[1]];
+        assert!(x == 1.0 && (y - 1.8).abs() < 1e-9, "{x} {y}");
+    }
+
+    /// The sum of a hundred numbers is measured once: each takes its share of it, by its prior.
+    #[test]
+    fn many_numbers_share_what_few_readings_say() {
+        const NUMBERS: usize = 100;
+        let [sum, error, sd, scale] = [3.0, 0.2, 0.1, 0.05];
+        let parameters =
+            [Parameter { start: 0.0, scale, prior: Some((0.0, sd)), range: None }; NUMBERS];
+        let minimum = run(&parameters, |x| Linearisation {
+            residuals: vec![(x.iter().sum::<f64>() - sum) / error],
+            columns: vec![vec![1.0 / error]; NUMBERS],
+        });
+        let all = NUMBERS as f64 * sd * sd + error * error;
+        assert!(minimum.parameters.iter().all(|x| (x - sum * sd * sd / all).abs() < 1e-6));
+        assert!((minimum.cost - sum * sum / all).abs() < 1e-6 * minimum.cost);
+        let covariance = minimum.covariance.expect("priors");
+        assert!((covariance[(3, 70)] + sd.powi(4) / all).abs() < 1e-9);
+        assert!((covariance[(3, 3)] - sd * sd + sd.powi(4) / all).abs() < 1e-9);
+    }
+
     #[test]
     fn a_step_outside_the_models_domain_is_not_taken() {
         // ln x = 0 from far right: the first Newton step lands at a negative x.

@@ -17,14 +17,18 @@ pub(crate) fn kept<T>(cell: &OnceLock<T>, compute: impl FnOnce() -> T) -> &T {
 mod tests {
     use super::*;
 
+    /// In a thread of its own, which within the lock would wait for itself.
     #[test]
     fn who_computes_a_value_may_ask_for_it() {
-        let cell = OnceLock::new();
-        let outer = kept(&cell, || {
-            assert_eq!(*kept(&cell, || 7), 7);
-            8
+        let (said, heard) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let cell = OnceLock::new();
+            let inner = |cell: &OnceLock<i32>| *kept(cell, || 7) + 1;
+            let outer = *kept(&cell, || inner(&cell));
+            let again = *kept(&cell, || panic!("it is known"));
+            said.send([outer, again]).expect("the test listens");
         });
-        assert_eq!(*outer, 7);
-        assert_eq!(*kept(&cell, || panic!("it is known")), 7);
+        let found = heard.recv_timeout(std::time::Duration::from_secs(30));
+        assert_eq!(found.expect("it does not wait for itself"), [7, 7]);
     }
 }

@@ -10,6 +10,7 @@
 
 pub mod any;
 pub mod departures;
+pub mod directions;
 pub mod joint_fit;
 pub mod kept_value;
 pub mod left;

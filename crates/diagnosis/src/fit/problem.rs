@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use crate::fit::directions::{along_element, along_gain, along_pressures, count_of, turned};
 use crate::fit::kept_value::kept;
 use crate::fit::left::Left;
 use crate::fit::slopes::Slopes;
@@ -270,7 +271,7 @@ impl<'o> Problem<'o> {
                 let by_level = by_pressure && !model.scatters_field();
                 if is_nuisance && of_scan == 0 && by_level {
                     let slopes = self.slopes(numbers, evaluation);
-                    return along_gain(slopes, evaluation, j / Nuisance::COUNT);
+                    return along_gain(slopes, &evaluation.pressures, j / Nuisance::COUNT);
                 }
                 let random = random.iter().find(|range| range.contains(&j));
                 if let Some(range) = random.filter(|_| by_pressure) {
@@ -296,8 +297,10 @@ impl<'o> Problem<'o> {
                 };
                 if let Some(moved) = moved.as_ref().filter(|_| by_level && of_field) {
                     let slopes = self.slopes(numbers, evaluation);
-                    return self
-                        .projected(along_pressures(slopes, evaluation, moved, step), evaluation);
+                    return self.projected(
+                        along_pressures(slopes, &evaluation.pressures, moved, step),
+                        evaluation,
+                    );
                 }
                 let pressures = moved.as_ref().unwrap_or(&evaluation.pressures);
                 let moved = self.residuals(&beside, pressures).for_least_squares();
@@ -414,63 +417,6 @@ pub(crate) fn is_plausible(
     }
     let at = Setting { values, choice: &instance.choice, context };
     observations.scans.iter().all(|scan| instance.effect.is_allowed(at, &scan.scatter))
-}
-
-/// The pressures after one element's amplitude and phase changed: the sum is linear in the elements.
-fn turned(
-    base: &Pressures,
-    contributions: &[Vec<Vec<Complex64>>],
-    element: usize,
-    change: Complex64,
-) -> Pressures {
-    let mut turned = base.clone();
-    let drives = turned.iter_mut().flat_map(|scan| scan.iter_mut());
-    for (drive, parts) in drives.zip(contributions) {
-        for (pressure, part) in drive.iter_mut().zip(&parts[element]) {
-            pressure.coherent += change * part;
-        }
-    }
-    turned
-}
-
-/// How many readings the pressures of a scan are for. (Where slopes by pressures are taken, there is one pressure for each reading.)
-fn count_of(pressures: &[Vec<Pressure>]) -> usize {
-    pressures.iter().map(Vec::len).sum()
-}
-
-/// Derivative of the residuals by the amplitude of one element.
-fn along_element(
-    slopes: &[Complex64],
-    contributions: &[Vec<Vec<Complex64>>],
-    element: usize,
-    change: Complex64,
-) -> Vec<f64> {
-    let parts = contributions.iter().flat_map(|drive| &drive[element]).cycle();
-    slopes.iter().zip(parts).map(|(slope, part)| (slope * part * change).re).collect()
-}
-
-/// Difference quotient of the residuals through the pressures, for one step of a parameter.
-fn along_pressures(
-    slopes: &[Complex64],
-    evaluation: &Evaluation,
-    moved: &Pressures,
-    step: f64,
-) -> Vec<f64> {
-    let moved = moved.iter().flatten().flatten();
-    let before = evaluation.pressures.iter().flatten().flatten();
-    let changes = moved.zip(before).map(|(moved, before)| moved.coherent - before.coherent);
-    slopes.iter().zip(changes.cycle()).map(|(slope, change)| (slope * change).re / step).collect()
-}
-
-/// Derivative of the residuals by the logarithm of one scan's gain.
-fn along_gain(slopes: &[Complex64], evaluation: &Evaluation, scan: usize) -> Vec<f64> {
-    let of_scans = evaluation.pressures.iter().enumerate();
-    let pressures = of_scans.flat_map(|(n, drives)| drives.iter().flatten().map(move |p| (n, p)));
-    slopes
-        .iter()
-        .zip(pressures.cycle())
-        .map(|(slope, (n, pressure))| if n == scan { (slope * pressure.coherent).re } else { 0.0 })
-        .collect()
 }
 
 #[cfg(test)]

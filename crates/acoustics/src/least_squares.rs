@@ -12,7 +12,7 @@ mod inner_products;
 
 use nalgebra::{DMatrix, DVector};
 
-use curvature::Curvature;
+use curvature::{Curvature, Inverse};
 pub use factor::Factor;
 use inner_products::inner_products_beside;
 pub use inner_products::{dot, inner_products};
@@ -44,7 +44,7 @@ pub struct Linearisation {
 pub struct Stopping {
     /// Largest number of linearisations, carried ones included.
     pub iterations: usize,
-    /// A step smaller than this, in scales of the parameters, ends the search.
+    /// A step smaller than this, in scales of the parameters, ends the search, if the decrease that it is expected to bring is small too.
     pub step: f64,
     /// A relative decrease of the cost smaller than this ends the search.
     pub fall: f64,
@@ -82,6 +82,10 @@ const DAMPING: f64 = 1e-3;
 
 /// A damping at which steps are negligible.
 const MAX_DAMPING: f64 = 1e12;
+
+/// A decrease of the cost below which a step is immaterial: a tenth of what one standard deviation of one parameter makes. Many parameters, each moved by less
+/// than matters alone, can decrease the cost by more.
+const IMMATERIAL: f64 = 0.1;
 
 /// Derivatives are carried on after a step whose decrease of the cost differs from the predicted one by less than this share: the curvature
 /// that they lack is then small.
@@ -138,7 +142,7 @@ pub fn minimise_from(
         let moved = residuals(&step.trial);
         let cost = squares(&moved) + prior_cost(parameters, &step.trial);
         let fall = model.cost - cost;
-        let small = step.step.amax() < stopping.step;
+        let small = step.step.amax() < stopping.step && predicted < IMMATERIAL;
         if fall > 0.0 {
             converged = small || fall < stopping.fall * model.cost;
             let trusted = age < stopping.carried && (fall / predicted - 1.0).abs() < PREDICTED;
@@ -165,14 +169,24 @@ pub fn minimise_from(
             growth *= 2.0;
         }
     }
-    let QuadraticModel { at, curvature, downhill, cost, .. } = model;
-    let scales = DVector::from_iterator(parameters.len(), parameters.iter().map(|p| p.scale));
-    let inverse = curvature.inverse(0.0, &[]);
+    let inverse = model.curvature.inverse(0.0, &[]);
     let expected_fall =
-        inverse.as_ref().map_or(0.0, |inverse| downhill.dot(&inverse.times(&downhill)));
-    let covariance =
-        inverse.map(|inverse| inverse.matrix().component_mul(&(&scales * scales.transpose())));
+        inverse.as_ref().map_or(0.0, |inverse| model.downhill.dot(&inverse.times(&model.downhill)));
+    let covariance = inverse.map(|inverse| model.covariance(&inverse));
+    let QuadraticModel { at, cost, .. } = model;
     Minimum { parameters: at, cost, covariance, expected_fall, iterations, converged }
+}
+
+/// Where the cost of residuals as they are linearised about a point is least, and the covariance there; `None` where some combination of parameters changes
+/// nothing. A parameter that would pass its limit ends there.
+pub fn linear_minimum(
+    parameters: &[Parameter],
+    at: Vec<f64>,
+    linear: Linearisation,
+) -> Option<(Vec<f64>, DMatrix<f64>)> {
+    let model = QuadraticModel::new(parameters, at, linear, None);
+    let covariance = model.covariance(&model.curvature.inverse(0.0, &[])?);
+    Some((model.step(0.0)?.trial, covariance))
 }
 
 impl Parameter {
@@ -250,6 +264,13 @@ impl<'p> QuadraticModel<'p> {
         let carried = linear.carry(moved, parameters, &step);
         let curvature = curvature.carried(parameters, &linear, &carried);
         Self::with(parameters, step.trial, linear, curvature)
+    }
+
+    /// The covariance of the parameters in their own units, from the inverse of the curvature.
+    fn covariance(&self, inverse: &Inverse<'_>) -> DMatrix<f64> {
+        let scales = self.parameters.iter().map(|parameter| parameter.scale);
+        let scales = DVector::from_iterator(self.parameters.len(), scales);
+        inverse.matrix().component_mul(&(&scales * scales.transpose()))
     }
 
     /// The largest curvature in the direction of a parameter.
@@ -383,6 +404,50 @@ mod tests {
         let above = start.cost - least.cost;
         assert!((start.expected_fall - above).abs() < 1e-6 * above, "{start:?} {least:?}");
         assert!(least.expected_fall < 1e-6, "{least:?}");
+    }
+
+    /// Forty parameters that a much better known one damps: each step moves none of them by what matters alone.
+    #[test]
+    fn steps_that_matter_only_together_do_not_end_a_search() {
+        const OFF: f64 = 0.015;
+        let parameters = vec![free(0.0, 1.0); 41];
+        let model = |x: &[f64]| Linearisation {
+            residuals: (0..41)
+                .map(|n| if n == 0 { 1000.0 * x[0] } else { 10.0 * (x[n] - OFF) })
+                .collect(),
+            columns: (0..41)
+                .map(|n| {
+                    let mut column = vec![0.0; 41];
+                    column[n] = if n == 0 { 1000.0 } else { 10.0 };
+                    column
+                })
+                .collect(),
+        };
+        let stopping = Stopping { step: 2e-2, fall: 0.0, ..Stopping::default() };
+        let found = minimise(&parameters, stopping, |x| model(x).residuals, model);
+        assert!(found.converged && found.expected_fall < 0.2, "{found:?}");
+    }
+
+    /// Of residuals that are linear; a parameter at its limit stays there.
+    #[test]
+    fn the_linear_minimum_is_that_of_a_search() {
+        let line = |x: &[f64]| Linearisation {
+            residuals: (0..5).map(|t| x[0] + x[1] * f64::from(t) - f64::from(t * t)).collect(),
+            columns: vec![vec![1.0; 5], (0..5).map(f64::from).collect()],
+        };
+        let prior = Some((2.0, 3.0));
+        let parameters = [Parameter { prior, ..free(7.0, 0.1) }, free(-4.0, 10.0)];
+        let least = run(&parameters, line);
+        let (at, covariance) =
+            linear_minimum(&parameters, vec![7.0, -4.0], line(&[7.0, -4.0])).expect("determined");
+        for n in 0..2 {
+            assert!((at[n] - least.parameters[n]).abs() < 1e-6, "{at:?} {least:?}");
+        }
+        let of_search = least.covariance.expect("determined");
+        assert!((covariance - &of_search).amax() < 1e-9 * of_search.amax());
+        let limited = [Parameter { range: Some((6.0, 8.0)), ..parameters[0] }, parameters[1]];
+        let (at, _) = linear_minimum(&limited, vec![7.0, -4.0], line(&[7.0, -4.0])).expect("one");
+        assert_eq!(at[0], 6.0);
     }
 
     #[test]

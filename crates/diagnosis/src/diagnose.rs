@@ -256,11 +256,8 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         true => settled_again(observations, &best.model(context), &best.nuisance, context),
         false => NoiseChange::Alike,
     };
-    if noise == NoiseChange::Misled {
-        search.forget_rejections();
-    }
     let mut some = observations.thinned(most);
-    search = search.on_all(&some, context).and_on(&some, context);
+    search = search.on_all_after(noise == NoiseChange::Misled, &some, context);
     for _ in 0..NOISE_ROUNDS {
         let best = search.scored[0].fit.clone();
         if noise == NoiseChange::Alike || !leaves_noise(&best, observations) {
@@ -269,7 +266,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         noise = settled_again(observations, &best.model(context), &best.nuisance, context);
         if noise != NoiseChange::Alike {
             some = observations.thinned(most);
-            search = search.on_all(&some, context).and_on(&some, context);
+            search = search.on_all_after(noise == NoiseChange::Misled, &some, context);
         }
     }
     if tells_elements(observations) && !is_near(&search.scored[0].fit, &some) {
@@ -278,7 +275,7 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         return ModelSearch::fitted_to(few, observations, context).found();
     }
     if some.len() < observations.len() {
-        search = search.on_all(observations, context).and_on(observations, context);
+        search = search.on_all_after(false, observations, context);
     }
     search.found()
 }

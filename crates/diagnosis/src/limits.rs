@@ -235,9 +235,6 @@ pub(crate) const MOST_ELEMENTS: usize = 120;
 /// unknowns are enough to tell the spread of the departures, which the evidence chooses. Set by judgement.
 pub(crate) const DRIVES_FOR_EACH_ELEMENT: f64 = 0.5;
 
-/// A fit may be stuck if it explains the excess cost but for less than this share, and this much excess is left a reading. Set by judgement.
-pub(crate) const STUCK: f64 = 0.2;
-
 /// Nats by which the best of many starts may fall short of what their number costs and still be fitted. Set by judgement.
 pub(crate) const START_SHORT_BY: f64 = 4.0;
 
@@ -286,9 +283,6 @@ pub(crate) const SET_BEAM: usize = 40;
 /// Steps of a fit in a row after which the derivatives are carried along and not computed: they hardly change from one step to the next, and
 /// each costs a field. Every step is tested on the residuals themselves. Set by judgement.
 pub(crate) const CARRIED: usize = 3;
-
-/// Restarts of a fit of random elements that is stuck; about one in three leads to another minimum.
-pub(crate) const RESTARTS: u64 = 8;
 
 /// Departures, in spreads of the others, from which on an element stands out: one of 80 does by chance.
 pub(crate) const OUTSTANDING: f64 = 2.5;
@@ -452,7 +446,7 @@ pub(crate) static RESIDUAL_SHARE: DecisiveLimit = DecisiveLimit::new("residual-s
 pub(crate) const LARGE: f64 = 4.0;
 
 /// Explained chi-square a reading below which a gap is faint: 0.4 standard deviations squared. Of faint gaps in a thousand sealed
-/// scans thirteen were attributed to two effects or three, and none had two.
+/// scans thirteen were attributed to two effects or three, and none had two. Of a set-up with stated uncertainty, what its departures cost counts too.
 pub(crate) static FAINT: DecisiveLimit = DecisiveLimit::new("faint", 0.16);
 
 /// Share of a gap that rounding errors must make up to count against an explanation. Set by judgement.

@@ -20,6 +20,11 @@ pub struct Factor {
 }
 
 impl Factor {
+    /// The factor itself, lower triangular.
+    pub fn lower(&self) -> &DMatrix<f64> {
+        &self.lower
+    }
+
     /// Of a symmetric matrix, of which the lower half is read; `None` if it is not positive definite.
     pub fn of(mut matrix: DMatrix<f64>) -> Option<Self> {
         let n = matrix.nrows();

@@ -1,6 +1,7 @@
 //! Calibration of the stated standard errors: nineteen in twenty true values should lie within two of them.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use serde::Serialize;
 
@@ -33,7 +34,7 @@ impl ParameterScore {
             };
             for (name, fitted) in &first.parameters {
                 let truth = one.answer.parameters.get(name);
-                let z = truth.map_or(Vec::new(), |truth| z_scores(fitted, truth));
+                let z = truth.map_or(Vec::new(), |truth| z_scores(name, fitted, truth));
                 deviations.entry(name).or_default().extend(z);
             }
         }
@@ -58,10 +59,15 @@ pub(super) fn overall(scores: &[ParameterScore], target: Target) -> Rate {
     Rate::counted("parameters within two standard errors", count, of).with(target)
 }
 
-fn z_scores(fitted: &ParsedParameter, truth: &serde_json::Value) -> Vec<f64> {
+/// In standard errors; phases without their whole turns.
+fn z_scores(name: &str, fitted: &ParsedParameter, truth: &serde_json::Value) -> Vec<f64> {
+    let deviation = |value: f64, truth: f64| match name.ends_with(".phase_rad") {
+        true => (value - truth) - TAU * ((value - truth) / TAU).round(),
+        false => value - truth,
+    };
     let z = |value: f64, error: Option<f64>, truth: Option<f64>| {
         let error = error.filter(|error| *error > 0.0)?;
-        Some((value - truth?) / error)
+        Some(deviation(value, truth?) / error)
     };
     match fitted {
         ParsedParameter::Real { value, standard_error } => {

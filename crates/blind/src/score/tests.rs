@@ -130,6 +130,31 @@ fn parameters_are_measured_in_their_stated_errors() {
     assert_eq!(share(&score, "parameters within two standard errors"), 0.25);
 }
 
+/// The same phase may be told as one a turn away.
+#[test]
+fn phases_are_compared_without_whole_turns() {
+    let fitted = |phase_rad: f64| {
+        parsed(json!({
+            "verdict": "explained", "effects": ["lead-screw"],
+            "ranked": [{ "effects": ["lead-screw"], "probability": 1.0, "parameters": {
+                "lead-screw.phase_rad": { "value": phase_rad, "standard_error": 0.1 },
+                "lead-screw.amplitude_mm": { "value": 6.5, "standard_error": 0.1 }
+            }}]
+        }))
+    };
+    let truth = |n| {
+        let mut truth = answer(n, Category::One, &["lead-screw"], 1.0);
+        truth.parameters.insert("lead-screw.phase_rad".to_owned(), json!(-3.1));
+        truth.parameters.insert("lead-screw.amplitude_mm".to_owned(), json!(0.2));
+        truth
+    };
+    let score = score(vec![(truth(0), fitted(3.1)), (truth(1), fitted(-2.6))]);
+    let [amplitude, phase] = &score.parameters[..] else { panic!("two parameters have errors") };
+    assert_eq!((phase.of, phase.within_two), (2, 1));
+    assert!((phase.mean_z - (5.0 + 6.2 * 10.0 - std::f64::consts::TAU * 10.0) / 2.0).abs() < 1e-9);
+    assert_eq!(amplitude.within_two, 0);
+}
+
 #[test]
 fn of_rigs_the_cost_and_the_proof_of_the_cause_are_scored() {
     let one = |n| answer(n, Category::One, &["sound-speed"], 2.0);

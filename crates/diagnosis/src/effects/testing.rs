@@ -15,7 +15,7 @@ use crate::model::instance::{Instance, Setting};
 use crate::model::motion::Motion;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::{Observations, ObservedDrive, ObservedScan, Visit};
-use crate::model::stated_uncertainty::StatedUncertainty;
+use crate::model::stated_uncertainty::{StatedDeparture, StatedUncertainty};
 use crate::statistics::noise_scale::NoiseScale;
 use crate::statistics::scatter::Scatter;
 
@@ -118,10 +118,35 @@ impl Bench {
             .observations(&[(Excitation::Uniform, places_m)])
     }
 
+    /// The same with elements whose amplitudes and phases are known to these standard deviations.
+    pub fn with_elements_known_to(mut self, gain: f64, phase_rad: f64) -> Self {
+        let elements = self.believed().array.len();
+        let of = |id, sd| StatedDeparture {
+            instance: Instance { effect: effect(id), choice: Choice::None },
+            priors: vec![(0.0, sd); elements],
+        };
+        self.context.stated.departures =
+            vec![of(EffectId::ElementGain, gain), of(EffectId::ElementPhase, phase_rad)];
+        self
+    }
+
+    /// Departures of this size at most that go up and down from element to element.
+    pub fn waves(&self, size: f64, turn_rad: f64) -> Vec<f64> {
+        (0..self.believed().array.len()).map(|n| size * (turn_rad * n as f64).sin()).collect()
+    }
+
     pub fn model(&self, id: EffectId, values: &[f64]) -> ForwardModel<'_> {
         let instance = Instance { effect: effect(id), choice: Choice::None };
         ForwardModel::of(&[instance], &[values.to_vec()], &self.context)
     }
+}
+
+/// Makes the readings of the first drive those that a model expects, without noise.
+pub(crate) fn read(observations: &mut Observations, model: &ForwardModel<'_>) {
+    let readings = model.expected_readings(observations, &[nuisance()]);
+    let scan = &mut observations.scans[0];
+    scan.drives[0].stabilised = readings.iter().map(|reading| scan.scale.of(*reading)).collect();
+    scan.drives[0].readings = readings;
 }
 
 pub(crate) fn visit() -> Visit {

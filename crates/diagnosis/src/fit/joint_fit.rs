@@ -7,9 +7,10 @@ use std::ops::Range;
 use crate::effect_id::EffectId;
 use crate::fit::departures::{cost_of_departures, cost_of_spread, likeliest_spread};
 use crate::fit::left::Left;
+use crate::fit::nearly_linear::begun;
 use crate::fit::problem::Problem;
 use crate::fit::slopes::Slopes;
-use crate::limits::{CARRIED, NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD};
+use crate::limits::{CARRIED, NEAR, NEAR_FIELD_PRIOR, REPEATED_PLACE_M, SAME_NEAR_FIELD};
 use crate::model::effect::{Context, Estimate, Parameter, Search};
 use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
@@ -51,6 +52,8 @@ pub(crate) struct Fit {
     pub of_setup: f64,
     /// Nats that the freedom of the set-up costs, by how much the readings narrow it.
     pub cost_of_departures: f64,
+    /// Nats that the freedom of the elements which an effect lets depart costs beside it.
+    pub cost_of_elements: f64,
     /// By how much the penalised cost would fall further in one step of the least squares.
     pub expected_fall: f64,
     /// What is left, by level; `None` where the noise is held, or the fit is not one of these readings.
@@ -72,6 +75,7 @@ impl Fit {
             penalised: f64::INFINITY,
             of_setup: 0.0,
             cost_of_departures: 0.0,
+            cost_of_elements: 0.0,
             expected_fall: 0.0,
             left: None,
             covariance: None,
@@ -163,6 +167,7 @@ impl Fit {
         self.values.remove(number);
         self.spreads.remove(number);
         self.covariance = None;
+        self.cost_of_elements = 0.0;
         self.nuisance = self.nuisance.beside(&self.instances, &context.stated);
         let model = self.model(context);
         let pressures = model.pressures(observations, &self.nuisance);
@@ -293,11 +298,21 @@ fn descended(
         ForwardModel::of(&instances, &values, context).best_gain(observations, near_field).into()
     });
     let nuisance = nuisance.beside(&instances, &context.stated);
-    let unknowns = unknowns(&instances, &values, &spreads, &nuisance, context);
+    let mut unknowns = unknowns(&instances, &values, &spreads, &nuisance, context);
     let problem = Problem::new(observations, context, &instances, &values);
     let mut kept = None;
     let mut age = 0;
-    let at: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+    let mut at: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+    // Near the readings their signs are right.
+    let lacks_signs = known.is_none()
+        && !observations.have_phases()
+        && !problem.random_ranges().is_empty()
+        && !problem.depends_on_arrival(&at)
+        && !is_near(problem.evaluate(&at).residuals.chi_square(), observations);
+    if lacks_signs {
+        at = begun(&problem, &unknowns, &at);
+        unknowns.iter_mut().zip(&at).for_each(|(unknown, &start)| unknown.start = start);
+    }
     let Minimum { parameters, cost: penalised, covariance, expected_fall, .. } = minimise_from(
         &unknowns,
         stopping,
@@ -334,9 +349,18 @@ fn descended(
         is_of_setup(*n, nuisance.len()) && (!is_shift || context.stated.has_wide_origin())
     };
     let freed: Vec<usize> = (0..problem.first()).filter(is_freed).collect();
-    let of_effects: Vec<usize> = (problem.first()..unknowns.len()).collect();
-    let mut cost_of_departures =
-        cost_of_departures(covariance.as_ref(), &unknowns, &freed, &of_effects);
+    let is_random = problem.random_ranges();
+    let (of_elements, smooth): (Vec<usize>, Vec<usize>) = (problem.first()..unknowns.len())
+        .partition(|n| is_random.iter().any(|range| range.contains(n)));
+    // Departures of all kinds together: each by itself would seem better known than they are, or be charged for what another makes up for.
+    let cost = |departures: &[usize]| {
+        cost_of_departures(covariance.as_ref(), &unknowns, departures, &smooth)
+    };
+    let mut cost_of_departures = cost(&freed);
+    let cost_of_elements = match of_elements.is_empty() {
+        true => 0.0,
+        false => cost(&[freed, of_elements].concat()) - cost_of_departures,
+    };
     for (stated, range) in problem.spread_departures() {
         let spread = stated.spread(&spreads_found);
         cost_of_departures += cost_of_spread(spread, stated.priors[0].1);
@@ -355,6 +379,7 @@ fn descended(
         penalised: penalised - constant,
         of_setup,
         cost_of_departures,
+        cost_of_elements,
         expected_fall,
         left,
         instances,
@@ -400,7 +425,7 @@ pub(crate) fn unknowns(
         for (&start, &prior) in values.iter().zip(&departure.priors) {
             unknowns.push(match parameters.next().filter(|_| !is_random) {
                 Some(parameter) => Unknown { prior: Some(prior), ..unknown(start, parameter, 1.0) },
-                None => of_element(start, (0.0, spread)),
+                None => Unknown { scale: spread, ..of_element(start, spread) },
             });
         }
     }
@@ -417,7 +442,7 @@ pub(crate) fn unknowns_of_effects(
     let mut unknowns = Vec::new();
     for ((instance, values), spread) in instances.iter().zip(values).zip(spreads) {
         if instance.effect.search() == Search::Random {
-            unknowns.extend(values.iter().map(|&start| of_element(start, (0.0, *spread))));
+            unknowns.extend(values.iter().map(|&start| of_element(start, *spread)));
         } else {
             let parameters = instance.effect.parameters_of(&instance.choice);
             unknowns.extend(values.iter().zip(parameters).map(|(v, p)| unknown(*v, p, *spread)));
@@ -426,9 +451,14 @@ pub(crate) fn unknowns_of_effects(
     unknowns
 }
 
-/// The departure of one element.
-fn of_element(start: f64, prior: (f64, f64)) -> Unknown {
-    Unknown { start, scale: 0.01, prior: Some(prior), range: None }
+/// The departure of one element, of which this is the standard deviation before any reading.
+fn of_element(start: f64, spread: f64) -> Unknown {
+    Unknown { start, scale: 0.01, prior: Some((0.0, spread)), range: None }
+}
+
+/// Whether so much chi-square leaves little more than noise.
+pub(crate) fn is_near(chi_square: f64, observations: &Observations) -> bool {
+    chi_square < NEAR.get() * observations.len() as f64
 }
 
 /// Whether a number of what is free in every fit is one of the set-up: neither gain nor near field of one of so many scans.
@@ -460,7 +490,10 @@ pub(crate) fn cost_on(observations: &Observations, fit: &Fit, context: &Context)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fieldgap_acoustics::{Array, Excitation};
+
     use crate::effects::effect;
+    use crate::effects::testing::Bench;
     use crate::model::effect::Choice;
 
     #[test]
@@ -506,5 +539,30 @@ mod tests {
         let [offset, pitch] = [0, 1].map(|number| fit.nats_of(number).expect("determined"));
         assert!((offset - 10.0).abs() < 1e-9 && (pitch - 4.5).abs() < 1e-9, "{offset} {pitch}");
         assert_eq!(Fit { covariance: None, ..fit }.nats_of(0), None);
+    }
+
+    /// Whether their departures are called an effect or are within what is stated: known equally well, they cost the same.
+    #[test]
+    fn the_freedom_of_elements_costs_the_same_by_whatever_name() {
+        let array = Array::square(4, 4, 10e-3).expect("not empty");
+        let stated = Bench::of(array, Excitation::Uniform).with_elements_known_to(0.08, 0.13);
+        let observations = Bench::in_six_planes(10e-3);
+        let instances = [EffectId::ElementPhase, EffectId::Pitch]
+            .map(|id| Instance { effect: effect(id), choice: Choice::None });
+        let cost_with = |instances: &[Instance]| {
+            let values = |instance: &Instance| match instance.effect.id() {
+                EffectId::Pitch => vec![1.0],
+                _ => vec![0.0; 16],
+            };
+            let values = instances.iter().map(values).collect();
+            let spreads = instances.iter().rev().map(|_| 0.13).skip(1).chain([f64::NAN]).collect();
+            let start = Start { instances: instances.to_vec(), values, spreads, nuisance: None };
+            fit(&observations, &stated.context, start, SEARCH)
+        };
+        let [by_effect, within] = [&instances[..], &instances[1..]].map(cost_with);
+        let elements = by_effect.cost_of_departures + by_effect.cost_of_elements;
+        assert!(by_effect.cost_of_elements > 5.0, "{}", by_effect.cost_of_elements);
+        assert_eq!(within.cost_of_elements, 0.0);
+        assert!((elements - within.cost_of_departures).abs() < 1e-3 * elements, "{elements}");
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! - [`joint_fit`]: the fit of a set, gain, shift and near field beside it.
 //! - [`problem`]: its residuals and derivatives.
+//! - [`nearly_linear`]: where it begins if single elements depart.
 //! - [`random_elements`]: amplitudes or phases that differ from element to element, their spread found with them.
 //! - [`departures`]: those of the set-up within its stated uncertainty, and what their freedom costs.
 //! - [`left`]: what it leaves, and how likely that is beside a noise that is not known exactly.
@@ -14,6 +15,7 @@ pub mod directions;
 pub mod joint_fit;
 pub mod kept_value;
 pub mod left;
+mod nearly_linear;
 pub mod outstanding_elements;
 pub mod problem;
 pub mod random_elements;

@@ -384,10 +384,52 @@ impl<'o> Problem<'o> {
         column
     }
 
-    /// The ranges of the numbers that are departures of single elements.
-    fn random_ranges(&self) -> Vec<Range<usize>> {
+    /// Whether a reading depends on the way on which the robot came to it.
+    pub fn depends_on_arrival(&self, numbers: &[f64]) -> bool {
+        self.model(numbers).depends_on_arrival()
+    }
+
+    /// The numbers that are departures of single elements, of the set-up and of the effects: of each kind their range.
+    pub fn random_ranges(&self) -> Vec<Range<usize>> {
         let random = self.parts().filter(|(part, _)| part.effect.search() == Search::Random);
         random.map(|(_, range)| range).collect()
+    }
+
+    /// How the pressure of each reading changes by the departures of single elements, one column for each number of [`Self::random_ranges`]: along the
+    /// pressure's own phase the real part, across it the imaginary one.
+    pub fn pressures_by_elements(
+        &self,
+        numbers: &[f64],
+        unknowns: &[Unknown],
+        evaluation: &Evaluation,
+    ) -> Vec<Vec<Complex64>> {
+        let base = self.model(numbers);
+        let parts = self.contributions(numbers, evaluation);
+        let ahead = |pressure: &Pressure| {
+            let magnitude = pressure.coherent.norm().max(f64::MIN_POSITIVE);
+            pressure.coherent.conj() / magnitude
+        };
+        let ahead: Vec<Complex64> =
+            evaluation.pressures.iter().flatten().flatten().map(ahead).collect();
+        let numbered = self.random_ranges().into_iter().flat_map(|range| {
+            let first = range.start;
+            range.map(move |j| (j, first))
+        });
+        numbered
+            .map(|(j, first)| {
+                let (beside, step) = self.stepped(numbers, unknowns, j);
+                let change = base.change_of_element(j - first, &self.model(&beside)) / step;
+                let of_element = parts.iter().flat_map(|drive| &drive[j - first]);
+                of_element.zip(&ahead).map(|(part, ahead)| part * change * ahead).collect()
+            })
+            .collect()
+    }
+
+    /// Magnitude of the pressure of each reading, and the size of the slope of its residual by it.
+    pub fn magnitudes(&self, numbers: &[f64], evaluation: &Evaluation) -> Vec<(f64, f64)> {
+        let slopes = self.slopes(numbers, evaluation).iter();
+        let pressures = evaluation.pressures.iter().flatten().flatten();
+        pressures.zip(slopes).map(|(p, slope)| (p.coherent.norm(), slope.norm())).collect()
     }
 
     fn contributions<'l>(

@@ -6,15 +6,10 @@
 
 use fieldgap_acoustics::least_squares::{Factor, Stopping};
 use nalgebra::{DMatrix, DVector};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
-use rayon::prelude::*;
 
 use crate::effect_id::EffectId;
-use crate::fit::joint_fit::{Fit, Start, fit, fit_beside};
+use crate::fit::joint_fit::{Fit, Start, fit_beside};
 use crate::fit::slopes::Slopes;
-use crate::limits::RESTARTS;
 use crate::model::effect::{Context, PerElement};
 use crate::model::instance::Instance;
 use crate::model::observations::Observations;
@@ -61,27 +56,6 @@ pub(crate) fn fit_with_spread(
         }
     }
     fitted
-}
-
-/// The same set, whose last instance is random, fitted from random departures. Near a null of the field a magnitude does not give the sign, and a fit that starts
-/// with the wrong sign ends in a local minimum.
-pub(crate) fn from_elsewhere(
-    stuck: &Fit,
-    observations: &Observations,
-    context: &Context,
-    stopping: Stopping,
-) -> Vec<Fit> {
-    let number = stuck.instances.len() - 1;
-    let spread = Normal::new(0.0, stuck.spreads[number]).expect("a spread is positive");
-    let from = |draw: u64| {
-        let mut values = stuck.values.clone();
-        let lots = spread.sample_iter(ChaCha8Rng::seed_from_u64(draw));
-        values[number].iter_mut().zip(lots).for_each(|(value, lot)| *value = lot);
-        let instances = stuck.instances.clone();
-        let (spreads, nuisance) = (stuck.spreads.clone(), Some(stuck.nuisance.clone()));
-        fit(observations, context, Start { instances, values, spreads, nuisance }, stopping)
-    };
-    (0..RESTARTS).into_par_iter().map(from).collect()
 }
 
 /// A fit without its elements' departures of phase, which may be rounding of the driver; `None` if it has none.

@@ -11,6 +11,7 @@ use crate::model::observations::{Observations, ObservedDrive};
 use crate::model::pressure::Pressure;
 use crate::noise::judge::{judge_scatter, settled};
 use crate::statistics::reading_pairs::Level;
+use crate::statistics::scatter::Scatter;
 
 /// Judges the scatter of every scan again, by the expected readings. If the model is `fitted`, its residuals are used too.
 pub(crate) fn settle_scatter(
@@ -96,10 +97,7 @@ pub(crate) fn settled_again(
         let off = |now: f64, before: f64| (now / before - 1.0).abs() > NOISE_CHANGED;
         off(scatter.share, before.share) || off(scatter.additive, before.additive)
     });
-    let misled = pairs().any(|(scatter, before)| {
-        !(NOISE_MISJUDGED..1.0 / NOISE_MISJUDGED).contains(&(scatter.share / before.share))
-            || (scatter.fluctuation > 0.0) != (before.fluctuation > 0.0)
-    });
+    let misled = pairs().any(|(scatter, before)| misleads(scatter, before));
     if !changed {
         for (scan, before) in observations.scans.iter_mut().zip(before) {
             scan.set_scatter(before);
@@ -107,4 +105,29 @@ pub(crate) fn settled_again(
         return NoiseChange::Alike;
     }
     if misled { NoiseChange::Misled } else { NoiseChange::Otherwise }
+}
+
+/// Whether this noise is so far from the one before that a search with that was misled.
+fn misleads(now: &Scatter, before: &Scatter) -> bool {
+    let is_off =
+        |now: f64, before: f64| !(NOISE_MISJUDGED..1.0 / NOISE_MISJUDGED).contains(&(now / before));
+    is_off(now.share, before.share)
+        || is_off(now.additive, before.additive)
+        || (now.fluctuation > 0.0) != (before.fluctuation > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn either_part_of_the_noise_may_have_misled() {
+        let before = Scatter { share: 0.01, additive: 1e-3, ..Scatter::default() };
+        let now = |share: f64, additive: f64, fluctuation: f64| {
+            misleads(&Scatter { share, additive, fluctuation, ..Scatter::default() }, &before)
+        };
+        assert!(!now(0.012, 1.2e-3, 0.0));
+        assert!(now(0.005, 1e-3, 0.0) && now(0.01, 5e-4, 0.0));
+        assert!(now(0.01, 2e-3, 0.0) && now(0.01, 1e-3, 0.1));
+    }
 }

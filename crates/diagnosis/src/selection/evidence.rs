@@ -40,10 +40,6 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             Choice::Law(_) => (instance.effect.choices().len() as f64).ln(),
             _ => cost_of_choice(&instance.choice, observations.elements()),
         };
-        let block = fit.covariance.as_ref().map(|covariance| {
-            let range = ranges[number].clone();
-            covariance.view((range.start, range.start), (range.len(), range.len())).into_owned()
-        });
         let of_scan =
             |scan: &ObservedScan| instance.effect.evidence_of_dark_readings(&scan.scatter);
         log += observations.scans.iter().map(of_scan).sum::<f64>();
@@ -51,15 +47,14 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             continue;
         }
         if instance.effect.search() == Search::Random {
-            let spread = fit.spreads[number];
-            let determinant = block
-                .and_then(|block| (block / (spread * spread)).cholesky())
-                .map_or(0.0, |c| c.l().diagonal().iter().map(|d| 2.0 * d.ln()).sum::<f64>());
-            // ln det(1 + s² H) is the penalty for the elements' departures; the spread is one more parameter.
-            log +=
-                0.5 * determinant - SPREAD_SPAN.get().ln() + 0.5 * (PI / values.len() as f64).ln();
+            // The departures have their cost together with those of the set-up; the spread is one more parameter.
+            log += -SPREAD_SPAN.get().ln() + 0.5 * (PI / values.len() as f64).ln();
             continue;
         }
+        let block = fit.covariance.as_ref().map(|covariance| {
+            let range = ranges[number].clone();
+            covariance.view((range.start, range.start), (range.len(), range.len())).into_owned()
+        });
         let parameters = instance.effect.parameters_of(&instance.choice);
         let departures = nalgebra::DVector::from_iterator(
             values.len(),
@@ -70,7 +65,7 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
             .map_or(1.0, |cholesky| departures.dot(&cholesky.solve(&departures)).sqrt());
         log -= cost_of_freedom(values.len(), size / deviation_ratio);
     }
-    log -= cost_of_likeness_of(fit) + fit.cost_of_departures;
+    log -= cost_of_likeness_of(fit) + fit.cost_of_departures + fit.cost_of_elements;
     log + log_prior(fit.instances.len(), fit.physical_effects())
 }
 

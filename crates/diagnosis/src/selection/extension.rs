@@ -10,12 +10,12 @@ use crate::fit::any::{fit_any, refined};
 use crate::fit::joint_fit::{Fit, SEARCH, Start, cost_on};
 use crate::fit::outstanding_elements::in_place_of_departures;
 use crate::fit::problem::is_plausible;
-use crate::fit::random_elements::{best_spread, from_elsewhere, without_phases};
+use crate::fit::random_elements::{best_spread, without_phases};
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
 use crate::fit::slopes::Slopes;
 use crate::limits::{
     CARRIED, COARSE_READINGS_NEAR, FEW_READINGS, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
-    ONE_STEP_SHORT_BY, RIVALS, STUCK,
+    ONE_STEP_SHORT_BY, RIVALS,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
@@ -282,6 +282,11 @@ impl<'o> Base<'o> {
                 .filter(plausible)
                 .map(|beginning| (start(beginning, before), known))
                 .collect();
+        starts.extend(
+            from_departure(before, effect)
+                .filter(plausible)
+                .map(|beginning| (start(beginning, before), None)),
+        );
         // Phases fitted to each element may contain the effect of phase steps or of an exchange.
         let of_phases = matches!(effect.search(), Search::Steps | Search::Exchanges);
         if let Some(without) = without_phases(before).filter(|_| of_phases) {
@@ -299,16 +304,7 @@ impl<'o> Base<'o> {
             .into_iter()
             .map(|(start, known)| fit_any(coarse, context, start, stopping, known))
             .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))?;
-        let best =
-            if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH, None) };
-        if effect.search() != Search::Random || !self.is_stuck(&best, coarse) {
-            return Some(best);
-        }
-        let others = from_elsewhere(&best, coarse, context, ROUGH);
-        others
-            .into_iter()
-            .chain([best])
-            .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))
+        Some(if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH, None) })
     }
 
     /// A coarse fit with one more effect, fitted to all readings, and whether the effect adds nothing: the fit then ended after one step, and the next would not bring it near.
@@ -333,13 +329,12 @@ impl<'o> Base<'o> {
         }
         (after(first.fit, SEARCH), false)
     }
+}
 
-    /// Whether a fit explains most of the excess but not all: it may be in a local minimum.
-    fn is_stuck(&self, fit: &Fit, coarse: &Observations) -> bool {
-        let n = coarse.len() as f64;
-        let excess = fit.cost - n;
-        excess > STUCK * n && excess < STUCK * (self.coarse_cost - n)
-    }
+/// An effect takes the place of a departure of its kind, and may be no more than that: what the fit found of it is where the effect begins.
+fn from_departure(fit: &Fit, effect: &dyn Effect) -> impl Iterator<Item = Beginning> {
+    let known = fit.nuisance.departures.get(&effect.id()).cloned();
+    known.into_iter().map(|values| Beginning { choice: Choice::None, values })
 }
 
 /// Nats of evidence expected of an effect to first order; infinite where the slope says nothing.
@@ -375,6 +370,7 @@ mod tests {
     use crate::effects::testing::{Bench, nuisance};
     use crate::limits::NO_EFFECT;
     use crate::model::forward_model::ForwardModel;
+    use crate::model::nuisance::Nuisances;
     use crate::model::stated_uncertainty::StatedDeparture;
     use crate::selection::scored_model::believed;
 
@@ -409,6 +405,18 @@ mod tests {
         let base = Base::of(&base, true, &observations, &coarse, &context);
         assert!(base.keeps_slopes(effect(EffectId::Pitch)));
         assert!(!base.keeps_slopes(effect(EffectId::SoundSpeed)));
+    }
+
+    #[test]
+    fn an_effect_may_begin_where_the_departure_was_whose_place_it_takes() {
+        let mut nuisance = Nuisances::from(vec![nuisance()]);
+        nuisance.departures.insert(EffectId::SoundSpeed, vec![1.003]);
+        let fit = Fit::of_nothing(nuisance);
+        let starts = |id| -> Vec<Vec<f64>> {
+            from_departure(&fit, effect(id)).map(|beginning| beginning.values).collect()
+        };
+        assert_eq!(starts(EffectId::SoundSpeed), [[1.003]]);
+        assert!(starts(EffectId::Pitch).is_empty());
     }
 
     /// The pitch fitted to a fifth of the readings, then to all: where it is off, until nothing is left to gain; where it is not, for one step.

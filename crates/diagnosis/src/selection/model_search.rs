@@ -42,9 +42,28 @@ impl ModelSearch {
         search
     }
 
-    /// Forgets rejections that were made with another noise.
-    pub fn forget_rejections(&mut self) {
-        self.given_up.clear();
+    /// Goes on with all readings after a search on some of them, or with another noise. If that noise shows that the search was misled, single effects are looked
+    /// for again.
+    pub fn on_all_after(
+        mut self,
+        misled: bool,
+        observations: &Observations,
+        context: &Context,
+    ) -> Self {
+        if misled {
+            self.given_up.clear();
+        }
+        let mut search = self.on_all(observations, context);
+        search.choose_again(observations, context);
+        if misled {
+            let best = &search.scored[0].fit;
+            let defects = best.instances.len() - best.physical_effects();
+            search.go_on(defects, observations, context);
+        }
+        let size = search.scored[0].fit.instances.len();
+        search.go_on(size, observations, context);
+        search.choose_again(observations, context);
+        search
     }
 
     /// Fits the sets that are near the best to all readings, after a search on some of them.
@@ -75,9 +94,7 @@ impl ModelSearch {
     ) -> Self {
         let fits = sets.into_par_iter().map(|scored| scored.fit);
         let mut scored: Vec<ScoredModel> = fits
-            .map(|fit| {
-                ScoredModel::of(refined(fit, observations, context, SEARCH, None), observations)
-            })
+            .map(|fit| ScoredModel::of(settled(fit, observations, context), observations))
             .collect();
         sort(&mut scored);
         let (given_up, unseen, laws_chosen) = Default::default();
@@ -96,15 +113,6 @@ impl ModelSearch {
             scored.unseen = self.unseen_beside(&scored.fit);
         }
         found
-    }
-
-    /// Continues from the best set.
-    pub fn and_on(mut self, observations: &Observations, context: &Context) -> Self {
-        self.choose_again(observations, context);
-        let size = self.scored[0].fit.instances.len();
-        self.go_on(size, observations, context);
-        self.choose_again(observations, context);
-        self
     }
 
     /// Laws and other discrete choices were made on few readings or beside other effects. For the best sets and the parts of the best,
@@ -260,6 +268,11 @@ impl ModelSearch {
     fn exchange(&mut self, observations: &Observations, context: &Context) {
         let best = self.scored[0].fit.clone();
         if best.instances.len() < 2 {
+            if best.instances.len() == 1 && context.stated.holds_elements() {
+                // Departures of elements have several minima, and the fit of the effect may have found a better one for the set-up as believed.
+                self.scored.push(without(&best, 0, observations, context));
+                self.scored = best_first(std::mem::take(&mut self.scored));
+            }
             return;
         }
         // A choice among many minima may differ now that the other effects are known.
@@ -280,12 +293,9 @@ impl ModelSearch {
                 !matches!(others[..], [id] if of_elements.contains(id))
             });
         }
-        let without: Vec<ScoredModel> = (0..best.instances.len())
+        let parts: Vec<ScoredModel> = (0..best.instances.len())
             .filter(|&number| !best.instances[number].effect.is_defect())
-            .map(|number| {
-                let fit = refined(best.without(number), observations, context, SEARCH, None);
-                ScoredModel::of(fit, observations)
-            })
+            .map(|number| without(&best, number, observations, context))
             .collect();
         // Fitted without the phases of single elements, all else is wrong, and no other account of these phases is recognised beside it.
         let beside = (0..best.instances.len()).filter_map(|number| {
@@ -294,10 +304,10 @@ impl ModelSearch {
                 ScoredModel::of(best.clone().less(number, observations, context), observations)
             })
         });
-        let frontier: Vec<ScoredModel> = beside.chain(without.iter().cloned()).collect();
+        let frontier: Vec<ScoredModel> = beside.chain(parts.iter().cloned()).collect();
         let extended = self.extend(&frontier, known, observations, context);
         self.scored.extend(extended);
-        self.scored.extend(without);
+        self.scored.extend(parts);
         self.scored = best_first(std::mem::take(&mut self.scored));
     }
 
@@ -332,6 +342,35 @@ impl ModelSearch {
         fitted
     }
 }
+
+/// A fit without one of its effects, fitted again.
+fn without(
+    fit: &Fit,
+    number: usize,
+    observations: &Observations,
+    context: &Context,
+) -> ScoredModel {
+    let fit = refined(fit.without(number), observations, context, SEARCH, None);
+    ScoredModel::of(fit, observations)
+}
+
+/// A fit on other readings, until it can fall no further by as much as one standard deviation makes.
+fn settled(fit: Fit, observations: &Observations, context: &Context) -> Fit {
+    let mut fit = refined(fit, observations, context, SEARCH, None);
+    for _ in 0..MORE_FITS {
+        if fit.expected_fall < SETTLED || !is_near(&fit, observations) {
+            break;
+        }
+        fit = refined(fit, observations, context, SEARCH, None);
+    }
+    fit
+}
+
+/// Decrease of the cost still expected of a settled fit: what one standard deviation of one number makes.
+const SETTLED: f64 = 1.0;
+
+/// Fits after the first until it is settled, at most. Set by judgement.
+const MORE_FITS: usize = 3;
 
 /// The sets that are near the best, and the rest; sorted sets, the best first.
 ///
@@ -388,8 +427,11 @@ fn sort(scored: &mut [ScoredModel]) {
 
 #[cfg(test)]
 mod tests {
+    use fieldgap_acoustics::{Array, Excitation};
+
     use super::*;
     use crate::effects::effect;
+    use crate::effects::testing::{Bench, read};
     use crate::limits::SHIFT_PRIOR_M;
     use crate::model::instance::Instance;
     use crate::model::nuisance::Nuisance;
@@ -436,5 +478,63 @@ mod tests {
         let unshifted = scored(Some(EffectId::Offset), 4998.0, 0.0).fit;
         assert!(!explains_more(&drift, &still, gap, n));
         assert!(explains_more(&drift, &unshifted, gap, n));
+    }
+
+    /// A search that rejected the pitch, of which all the same these readings tell.
+    fn search_without_pitch(bench: &Bench) -> (ModelSearch, Observations, Context) {
+        let mut observations = Bench::in_six_planes(10e-3);
+        read(&mut observations, &bench.model(EffectId::Pitch, &[1.01]));
+        let tried = Some([EffectId::Pitch, EffectId::Spreading].into());
+        let context = Context { tried, ..bench.context.clone() };
+        let spreading = Start {
+            instances: vec![Instance { effect: effect(EffectId::Spreading), choice: Choice::None }],
+            values: vec![effect(EffectId::Spreading).neutral()],
+            spreads: vec![f64::NAN],
+            nuisance: None,
+        };
+        let spreading =
+            ScoredModel::of(fit(&observations, &context, spreading, SEARCH), &observations);
+        let scored = vec![spreading, believed(&observations, &context)];
+        let given_up = vec![vec![EffectId::Pitch]];
+        let (unseen, laws_chosen) = Default::default();
+        let search = ModelSearch { scored, given_up, unseen, noise_is_settled: true, laws_chosen };
+        (search, observations, context)
+    }
+
+    #[test]
+    fn a_rejected_effect_is_looked_for_again_where_the_noise_misled() {
+        let array = Array::square(4, 4, 10e-3).expect("not empty");
+        let bench = Bench::of(array, Excitation::Uniform);
+        for misled in [false, true] {
+            let (search, observations, context) = search_without_pitch(&bench);
+            let found = search.on_all_after(misled, &observations, &context).found();
+            let is_pitch = |set: &ScoredModel| set.fit.ids() == [EffectId::Pitch];
+            assert_eq!(found.iter().any(is_pitch), misled);
+        }
+    }
+
+    /// The set-up as believed, whose departures a search fitted badly, beside an effect that does nothing.
+    #[test]
+    fn the_set_up_as_believed_is_fitted_again_from_the_departures_beside_an_effect() {
+        let array = Array::square(4, 4, 10e-3).expect("not empty");
+        let bench = Bench::of(array, Excitation::Uniform).with_elements_known_to(0.08, 0.13);
+        let context = &bench.context;
+        let observations = Bench::in_six_planes(10e-3);
+        let best = believed(&observations, context);
+        let start = Start {
+            instances: vec![Instance { effect: effect(EffectId::Pitch), choice: Choice::None }],
+            values: vec![vec![1.0]],
+            spreads: vec![f64::NAN],
+            nuisance: Some(best.fit.nuisance.clone()),
+        };
+        let pitch = ScoredModel::of(fit(&observations, context, start, SEARCH), &observations);
+        let bad = ScoredModel { log_evidence: best.log_evidence - 50.0, ..best.clone() };
+        let (given_up, unseen, laws_chosen) = Default::default();
+        let scored = vec![pitch, bad];
+        let mut search =
+            ModelSearch { scored, given_up, unseen, noise_is_settled: true, laws_chosen };
+        search.exchange(&observations, context);
+        assert!(search.scored[0].fit.instances.is_empty());
+        assert!((search.scored[0].log_evidence - best.log_evidence).abs() < 0.1);
     }
 }

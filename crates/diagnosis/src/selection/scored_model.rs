@@ -4,8 +4,7 @@ use std::collections::HashSet;
 
 use crate::effect_id::EffectId;
 use crate::fit::any::refined;
-use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
-use crate::limits::NEAR;
+use crate::fit::joint_fit::{self, Fit, SEARCH, Start, fit};
 use crate::model::effect::Context;
 use crate::model::observations::Observations;
 use crate::selection::evidence::log_evidence;
@@ -15,12 +14,12 @@ const SPREADS_SETTLE: usize = 3;
 
 /// Whether a fit leaves little more than noise and its own scatter.
 pub(crate) fn is_near(fit: &Fit, observations: &Observations) -> bool {
-    fit.chi_square < NEAR.get() * observations.len() as f64
+    joint_fit::is_near(fit.chi_square, observations)
 }
 
 /// Whether a fit leaves little more than noise, so that it tells the noise: one with a larger scatter of its own does not.
 pub(crate) fn leaves_noise(fit: &Fit, observations: &Observations) -> bool {
-    fit.cost < NEAR.get() * observations.len() as f64
+    joint_fit::is_near(fit.cost, observations)
 }
 
 /// A set of effects as it was fitted, with the logarithm of its evidence.
@@ -95,41 +94,25 @@ mod tests {
 
     use super::*;
     use crate::effects::effect;
-    use crate::effects::testing::{Bench, nuisance};
+    use crate::effects::testing::{Bench, read};
     use crate::model::effect::Choice;
     use crate::model::forward_model::ForwardModel;
     use crate::model::instance::Instance;
-    use crate::model::stated_uncertainty::StatedDeparture;
 
     /// Beside a displaced origin and a gain that makes up for elements which are all a little louder.
     #[test]
     fn departures_of_elements_are_found_beside_those_of_the_set_up() {
         let array = Array::square(4, 4, 10e-3).expect("not empty");
-        let mut context = Bench::of(array, Excitation::Uniform).context;
-        let elements = context.believed.array.len();
-        let instance = |id| Instance { effect: effect(id), choice: Choice::None };
-        let ids = [EffectId::ElementGain, EffectId::ElementPhase];
-        context.stated.departures = ids
-            .into_iter()
-            .zip([0.08, 0.13])
-            .map(|(id, sd)| StatedDeparture {
-                instance: instance(id),
-                priors: vec![(0.0, sd); elements],
-            })
-            .collect();
-        let waves = |size: f64, turn: f64| -> Vec<f64> {
-            (0..elements).map(|n| size * (turn * n as f64).sin()).collect()
-        };
+        let bench = Bench::of(array, Excitation::Uniform).with_elements_known_to(0.08, 0.13);
+        let mut context = bench.context.clone();
         context.stated.origin_m = Some(0.7e-3);
-        let truth = [waves(0.12, 2.4), waves(0.3, 1.7)];
+        let ids = [EffectId::ElementGain, EffectId::ElementPhase];
+        let truth = [bench.waves(0.12, 2.4), bench.waves(0.3, 1.7)];
+        let instance = |id| Instance { effect: effect(id), choice: Choice::None };
         let instances = [ids[0], ids[1], EffectId::Offset].map(instance);
         let values = [truth[0].clone(), truth[1].clone(), vec![0.6, -0.8, 0.7]];
-        let model = ForwardModel::of(&instances, &values, &context);
         let mut observations = Bench::in_six_planes(10e-3);
-        let readings = model.expected_readings(&observations, &[nuisance()]);
-        let scan = &mut observations.scans[0];
-        scan.drives[0].stabilised = readings.iter().map(|r| scan.scale.of(*r)).collect();
-        scan.drives[0].readings = readings;
+        read(&mut observations, &ForwardModel::of(&instances, &values, &context));
         let ScoredModel { fit, log_evidence: evidence, .. } = believed(&observations, &context);
         assert!(fit.expected_fall < 0.1, "{}", fit.expected_fall);
         // They are larger than stated, and the spreads have followed.
@@ -144,7 +127,7 @@ mod tests {
         let found = fit.nuisance;
         for (id, truth) in ids.into_iter().zip(truth) {
             let errors = found.departures[&id].iter().zip(&truth).map(|(f, t)| (f - t).powi(2));
-            let rms = (errors.sum::<f64>() / elements as f64).sqrt();
+            let rms = (errors.sum::<f64>() / truth.len() as f64).sqrt();
             assert!(rms < 0.05, "{id}: {rms}");
         }
     }

@@ -1,6 +1,7 @@
 //! The verdict: which set of effects, if any, is named.
 
 use crate::effect_id::EffectId;
+use crate::fit::joint_fit::Fit;
 use crate::limits::{
     CERTAIN, FAINT, IMMATERIAL, LARGE, MATERIAL, MOST_RIVALS, RESIDUAL_SHARE, ROUNDING_SHARE,
     SUFFICES_ALONE,
@@ -62,7 +63,7 @@ pub(crate) fn judge(
     }
     let named = |verdict, named: Vec<usize>| {
         let several = named.iter().all(|&number| has_several_causes(&scored[number]));
-        if several && believed.fit.cost - scored[0].fit.cost.min(n) < FAINT.get() * n {
+        if several && is_faint(&believed.fit, &scored[0].fit, n) {
             return Judgement { too_faint: true, ..judgement(Verdict::Unexplained, Vec::new()) };
         }
         judgement(verdict, named)
@@ -114,6 +115,17 @@ fn is_structured(
         Kind::Pattern => residual_share > RESIDUAL_SHARE.get(),
         Kind::Converter => test.z * test.z * n > ROUNDING_SHARE * excess(believed.fit.cost),
     })
+}
+
+/// Whether the best set explains little. Departures of the set-up within its stated uncertainty may hide a large gap at a great cost of their own, which the
+/// causes save.
+fn is_faint(believed: &Fit, best: &Fit, n: f64) -> bool {
+    let of_departures = |fit: &Fit| match believed.cost_of_departures > 0.0 {
+        true => fit.of_setup + 2.0 * fit.cost_of_departures,
+        false => 0.0,
+    };
+    let explained = believed.cost - best.cost.min(n);
+    explained + of_departures(believed) - of_departures(best) < FAINT.get() * n
 }
 
 /// Whether a set has more than one cause. An offset does not count: it shows in a shift larger than setting-up leaves, however faint
@@ -194,9 +206,7 @@ fn probabilities(scored: &[ScoredModel]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::effects::effect;
-    use crate::fit::joint_fit::Fit;
     use crate::model::effect::Choice;
-    use crate::model::instance::Instance;
 
     fn scored(ids: &[EffectId], cost: f64) -> ScoredModel {
         let instance = |id: EffectId| Instance { effect: effect(id), choice: Choice::None };
@@ -213,6 +223,24 @@ mod tests {
         let probabilities = probabilities(&[nothing, lag]);
         assert!((probabilities[0] - 1.25 / 1.5).abs() < 1e-12, "{probabilities:?}");
         assert!((probabilities[1] - 0.25 / 1.5).abs() < 1e-12, "{probabilities:?}");
+    }
+
+    /// A thousand readings that leave nothing but noise either way: with causes, or with departures that cost as much as a gap of half a standard deviation.
+    #[test]
+    fn a_gap_that_departures_hide_at_great_cost_is_not_faint() {
+        let fit = |cost: f64, of_setup: f64, cost_of_departures: f64| Fit {
+            cost,
+            of_setup,
+            cost_of_departures,
+            ..Fit::of_nothing(Vec::new())
+        };
+        let causes = fit(1000.0, 5.0, 20.0);
+        assert!(!is_faint(&fit(1050.0, 200.0, 20.0), &causes, 1000.0));
+        assert!(!is_faint(&fit(1050.0, 5.0, 110.0), &causes, 1000.0));
+        assert!(is_faint(&fit(1050.0, 5.0, 20.0), &causes, 1000.0));
+        assert!(!is_faint(&fit(1200.0, 5.0, 20.0), &causes, 1000.0));
+        // The free shift of a careful set-up counts as it did before anything was stated.
+        assert!(is_faint(&fit(1050.0, 200.0, 0.0), &fit(1000.0, 0.0, 0.0), 1000.0));
     }
 
     #[test]

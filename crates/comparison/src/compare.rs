@@ -101,6 +101,17 @@ pub enum Incomparable {
         /// The one that differs.
         other: String,
     },
+    /// The scans do not state the uncertainty of one set-up.
+    #[error(
+        "the scans `{one}` and `{other}` state different uncertainties of their set-up; scans that are diagnosed together have one set-up, \
+         so give the scan.toml of each the same [uncertainty] section, or none"
+    )]
+    OtherUncertainty {
+        /// The first scan.
+        one: String,
+        /// The one that differs.
+        other: String,
+    },
 }
 
 /// Registers a scan to a simulator and compares the two. The same scan gives the same bits. Phases are registered with the amplitudes, where a scan has them.

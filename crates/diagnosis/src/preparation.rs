@@ -28,6 +28,11 @@ impl Prepared {
         simulator: Option<Simulator>,
         with_phases: bool,
     ) -> Result<Self, Incomparable> {
+        let stated = |scan: &RecordedScan| scan.setup.uncertainty;
+        if let Some(other) = scans.iter().find(|scan| stated(scan) != stated(&scans[0])) {
+            let [one, other] = [&scans[0], other].map(|scan| scan.setup.name.clone());
+            return Err(Incomparable::OtherUncertainty { one, other });
+        }
         Self::registered(scans, simulator, with_phases, |scan, simulator| {
             let registration = register_as(with_phases)(scan, simulator, Registering::Auto)?;
             let pose = match is_in_other_coordinates(&registration) {

@@ -394,9 +394,10 @@ impl ResidualTest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WaterfallPart {
-    /// A shift within the tolerance of a careful set-up, its departures within a stated uncertainty, and the near field of the elements, which
-    /// every candidate leaves free.
+    /// A shift within the tolerance of the set-up and the near field of the elements, which every candidate leaves free.
     Alignment,
+    /// The other departures of the set-up within its stated uncertainty, which every candidate leaves free too.
+    StatedUncertainty,
     /// An effect.
     Effect,
     /// What remains beyond noise.
@@ -408,7 +409,7 @@ pub enum WaterfallPart {
 pub struct WaterfallStep {
     /// What it stands for.
     pub part: WaterfallPart,
-    /// The effect that is added here; `None` for the alignment and the residual.
+    /// The effect that is added here; `None` for the other parts.
     pub effect: Option<EffectId>,
     /// Share of the squared gap beyond noise.
     pub share: f64,
@@ -420,6 +421,7 @@ impl WaterfallStep {
         match (self.effect, self.part) {
             (Some(effect), _) => effect.as_str(),
             (None, WaterfallPart::Alignment) => "alignment",
+            (None, WaterfallPart::StatedUncertainty) => "stated uncertainty",
             (None, _) => "residual",
         }
     }

@@ -1,7 +1,7 @@
 //! Rigs on which many small causes act at once, beside a large one. The readings are sums written here, and share nothing with the diagnosis.
 
 use fieldgap_acoustics::{Element, Vec3};
-use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose};
+use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, WaterfallPart, diagnose};
 use fieldgap_input::literal;
 use fieldgap_records::{PossibleReflection, RecordedScan, SetupUncertainty};
 use num_complex::Complex64;
@@ -307,4 +307,28 @@ fn a_cause_beside_the_stated_uncertainty_is_named_alone() {
     assert!((value - 343.0 * 1.001 * 1.012).abs() < 3.5 * error, "{value} {error}");
     let within = diagnosis.uncertainty.as_ref().expect("it is stated");
     assert!(within.departures.iter().all(|one| one.what != "sound-speed"));
+    // Unequal elements make most of the gap, and the warmth beyond what is stated a part that is told as its own: 1.2 % of a wavelength turn the outermost
+    // elements by a twentieth of a radian.
+    let share = |part: WaterfallPart| {
+        let of_part = diagnosis.waterfall.iter().filter(|step| step.part == part);
+        of_part.map(|step| step.share).sum::<f64>()
+    };
+    assert!(share(WaterfallPart::StatedUncertainty) > 0.3, "{:?}", diagnosis.waterfall);
+    assert!(share(WaterfallPart::Effect) > 0.05, "{:?}", diagnosis.waterfall);
+    let all = diagnosis.waterfall.iter().map(|step| step.share).sum::<f64>();
+    assert!((all - 1.0).abs() < 1e-9, "{:?}", diagnosis.waterfall);
+}
+
+/// Which of two would hold is not known.
+#[test]
+fn scans_with_different_stated_uncertainties_are_not_diagnosed_together() {
+    let stated = of_a_careful_laboratory(Causes::none(), 1);
+    let mut without = stated.clone();
+    without.setup.uncertainty = None;
+    let refused = diagnose(&[stated.clone(), without], None).expect_err("they differ").to_string();
+    assert!(refused.contains("[uncertainty]"), "{refused}");
+    let mut other = stated.clone();
+    let uncertainty = other.setup.uncertainty.as_mut().expect("stated");
+    uncertainty.origin_mm = Some(literal(0.3));
+    diagnose(&[stated, other], None).expect_err("they differ");
 }

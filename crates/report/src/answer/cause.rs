@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use fieldgap_diagnosis::{Diagnosis, EffectId, Verdict, WaterfallPart};
 use fieldgap_text::{fixed, percent};
 
-/// Smallest share of the squared gap that is listed for the alignment. Set by judgement.
+/// Smallest share of the squared gap that is listed for what is no effect. Set by judgement.
 const LEAST_SHARE: f64 = 0.01;
 
 /// The cause of the gap, its probability, and the gap before and after.
@@ -17,8 +17,11 @@ pub(super) fn card(diagnosis: &Diagnosis) -> Markup {
             @if diagnosis.verdict.names_a_cause() {
                 ul {
                     @for effect in &diagnosis.effects { li { (share(diagnosis, *effect)) } }
-                    @if let Some(alignment) = alignment(diagnosis) {
+                    @if let Some(alignment) = share_of(diagnosis, WaterfallPart::Alignment) {
                         li { "alignment within a set-up's tolerance: " (percent(alignment)) }
+                    }
+                    @if let Some(stated) = share_of(diagnosis, WaterfallPart::StatedUncertainty) {
+                        li { "the set-up within its stated uncertainty: " (percent(stated)) }
                     }
                 }
             } @else if diagnosis.verdict == Verdict::Ambiguous {
@@ -68,9 +71,9 @@ fn share(diagnosis: &Diagnosis, effect: EffectId) -> Markup {
     }
 }
 
-/// The share of the alignment, where it is worth a line.
-fn alignment(diagnosis: &Diagnosis) -> Option<f64> {
-    let step = diagnosis.waterfall.iter().find(|step| step.part == WaterfallPart::Alignment)?;
+/// The share of a part that is no effect, where it is worth a line.
+fn share_of(diagnosis: &Diagnosis, part: WaterfallPart) -> Option<f64> {
+    let step = diagnosis.waterfall.iter().find(|step| step.part == part)?;
     (step.share >= LEAST_SHARE).then_some(step.share)
 }
 

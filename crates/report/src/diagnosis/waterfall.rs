@@ -21,7 +21,7 @@ pub(super) fn chart(diagnosis: &Diagnosis) -> Option<BarChart> {
     let mut remaining = 1.0;
     for step in &diagnosis.waterfall {
         bars.push(match step.part {
-            WaterfallPart::Alignment | WaterfallPart::Effect => {
+            WaterfallPart::Alignment | WaterfallPart::StatedUncertainty | WaterfallPart::Effect => {
                 let span = (remaining, remaining - step.share);
                 remaining -= step.share;
                 let share = format!("\u{2212}{}", percent(step.share));

@@ -87,6 +87,32 @@ impl ForwardModel<'_> {
         Scaled { value: scan.scale.of(reading), by_log_level, variance_ratio }
     }
 
+    /// One reading of a pressure, with these normal numbers as what scatters: along the phase of the pressure, across it, and in proportion.
+    /// Full scale is left out, and of averaged magnitudes the noise is that of their mean.
+    pub fn drawn(
+        &self,
+        pressure: &Pressure,
+        progress: f64,
+        scan: &ObservedScan,
+        lots: [f64; 3],
+    ) -> f64 {
+        let scatter = &scan.scatter;
+        let gain = self.gain_at(1.0, progress);
+        let speckle = pressure.speckle_along_and_across().map(|square| gain * gain * square);
+        let [along, across] =
+            speckle.map(|square| (scatter.additive * scatter.additive + square).sqrt());
+        let (level, floor) = match scatter.floor_before_noise {
+            true => (level(pressure, gain).hypot(self.floor()), 0.0),
+            false => (level(pressure, gain), self.floor()),
+        };
+        let magnitude = (level + along * lots[0]).hypot(across * lots[1]);
+        let in_proportion = (1.0 + scatter.share * lots[2]).max(0.0);
+        match self.proportional_noise_before_detector() && !scatter.floor_before_noise {
+            false => self.detected(magnitude, floor) * in_proportion,
+            true => self.detected(magnitude * in_proportion, floor),
+        }
+    }
+
     fn gain_at(&self, gain: f64, progress: f64) -> f64 {
         /// A gain is kept above this share of its first value: nothing drifts to zero.
         const LEAST: f64 = 1e-3;

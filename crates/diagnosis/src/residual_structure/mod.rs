@@ -3,12 +3,14 @@
 //! - [`test`]: a test of the residuals, with its limit.
 //! - [`patterns`]: neighbours, ripples, slow patterns, repeats, whole planes.
 //! - [`element_order`]: whether departures of single elements have an order.
+//! - [`far_readings`]: whether a few readings are farther off than a scatter makes them.
 //! - [`converter_steps`]: whether the converter's steps are too coarse for the noise.
 //! - [`score_tests`]: score tests for causes outside the catalogue.
 //! - [`stray_wave`]: a wave from a place without an element.
 
 pub mod converter_steps;
 pub mod element_order;
+mod far_readings;
 pub mod patterns;
 pub mod score_tests;
 pub mod stray_wave;
@@ -21,9 +23,9 @@ use crate::model::effect::Context;
 use crate::model::observations::Observations;
 use crate::residual_structure::converter_steps::ConverterSteps;
 use crate::residual_structure::element_order::order_of_elements;
+use crate::residual_structure::far_readings::z_of_few_far;
 use crate::residual_structure::patterns::REPEATS_ALIKE;
 use crate::residual_structure::test::{Kind, Test};
-use crate::statistics::significance::z_of_kurtosis;
 
 /// The residuals of a fit and their tests.
 pub(crate) struct ResidualStructure {
@@ -55,7 +57,8 @@ impl ResidualStructure {
         let patterns = patterns::z_scores(observations, &residuals);
         if fit.instances.iter().any(|instance| instance.effect.scatters_repeats()) {
             // Air and robot scatter each reading. If a few readings make the scatter, it has another cause.
-            let far = ("a few readings far off", z_of_kurtosis(&residuals));
+            let far = z_of_few_far(fit, observations, context);
+            let far = ("a few readings far off", far);
             tests.push(plain(Kind::NoFlaw, PATTERN_LIMIT.get())(far));
         }
         tests.extend(patterns.into_iter().map(|(name, z)| {

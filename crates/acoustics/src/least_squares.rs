@@ -373,6 +373,14 @@ mod tests {
         minimise(parameters, stopping, |x| model(x).residuals, &model)
     }
 
+    /// A line through five points of a parabola.
+    fn line(x: &[f64]) -> Linearisation {
+        Linearisation {
+            residuals: (0..5).map(|t| x[0] + x[1] * f64::from(t) - f64::from(t * t)).collect(),
+            columns: vec![vec![1.0; 5], (0..5).map(f64::from).collect()],
+        }
+    }
+
     /// Three exponential decays of known amplitudes: smooth, but not linear.
     fn decays(rates: &[f64]) -> Linearisation {
         let at: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
@@ -392,10 +400,6 @@ mod tests {
     /// Of a line, one undamped step ends at the minimum, and beside it nothing is left to fall.
     #[test]
     fn the_expected_fall_is_what_is_left_above_the_minimum() {
-        let line = |x: &[f64]| Linearisation {
-            residuals: (0..5).map(|t| x[0] + x[1] * f64::from(t) - f64::from(t * t)).collect(),
-            columns: vec![vec![1.0; 5], (0..5).map(f64::from).collect()],
-        };
         let prior = Some((2.0, 3.0));
         let parameters = [Parameter { prior, ..free(7.0, 0.1) }, free(-4.0, 10.0)];
         let from_start = Stopping { iterations: 1, ..Stopping::default() };
@@ -431,10 +435,6 @@ mod tests {
     /// Of residuals that are linear; a parameter at its limit stays there.
     #[test]
     fn the_linear_minimum_is_that_of_a_search() {
-        let line = |x: &[f64]| Linearisation {
-            residuals: (0..5).map(|t| x[0] + x[1] * f64::from(t) - f64::from(t * t)).collect(),
-            columns: vec![vec![1.0; 5], (0..5).map(f64::from).collect()],
-        };
         let prior = Some((2.0, 3.0));
         let parameters = [Parameter { prior, ..free(7.0, 0.1) }, free(-4.0, 10.0)];
         let least = run(&parameters, line);

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::few_readings::{FewReadings, Reduced};
-use super::{Carried, Factor, Linearisation, Parameter, inner_products, inner_products_beside};
+use super::{Factor, Linearisation, Parameter, inner_products, inner_products_beside};
 
 /// In the form that is solved with fewer operations.
 pub(super) enum Curvature {
@@ -17,6 +17,16 @@ pub(super) enum Curvature {
 pub(super) enum Inverse<'c> {
     OfParameters(Factor),
     OfReadings(Reduced<'c>),
+}
+
+/// By how much derivatives were changed when they were carried along a step, all in scales of the parameters.
+pub(super) struct Carried {
+    /// Each column's share of what they had missed.
+    pub share: DVector<f64>,
+    /// What they had missed along each column, before the change.
+    pub along: DVector<f64>,
+    /// The square of what they had missed.
+    pub square: f64,
 }
 
 impl Curvature {
@@ -96,47 +106,5 @@ pub(super) fn hold(curvature: &mut DMatrix<f64>, held: &[usize]) {
         curvature.row_mut(j).fill(0.0);
         curvature.column_mut(j).fill(0.0);
         curvature[(j, j)] = 1.0;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-
-    use super::*;
-    use crate::least_squares::Step;
-
-    /// Of few parameters and of many, against the curvature by the carried derivatives.
-    #[test]
-    fn a_carried_curvature_is_that_of_the_carried_derivatives() {
-        let mut random = ChaCha8Rng::seed_from_u64(5);
-        for count in [3, 70] {
-            let mut numbers = |count: usize| -> Vec<f64> {
-                (0..count).map(|_| random.random_range(-2.0..2.0)).collect()
-            };
-            let parameters: Vec<Parameter> = (0..count)
-                .map(|j| Parameter {
-                    start: 0.0,
-                    scale: 0.1 + j as f64,
-                    prior: Some((0.0, 7.0)),
-                    range: None,
-                })
-                .collect();
-            let columns: Vec<Vec<f64>> = (0..count).map(|_| numbers(100)).collect();
-            let mut linear = Linearisation { residuals: numbers(100), columns };
-            let before = Curvature::of(&parameters, &linear, None);
-            let step = DVector::from_vec(numbers(count));
-            let change = step.iter().zip(&parameters).map(|(step, p)| step * p.scale).collect();
-            let step = Step { step, change, trial: Vec::new(), predicted: 0.0 };
-            let carried = linear.carry(numbers(100), &parameters, &step);
-            let carried = before.carried(&parameters, &linear, &carried);
-            let of = |curvature: Curvature| match curvature {
-                Curvature::OfParameters(curvature) => curvature,
-                Curvature::OfReadings(_) => panic!("there are enough readings"),
-            };
-            let [carried, anew] = [carried, Curvature::of(&parameters, &linear, None)].map(of);
-            assert!((carried - &anew).amax() < 1e-10 * anew.amax());
-        }
     }
 }

@@ -306,7 +306,7 @@ fn descended(
     // Near the readings their signs are right.
     let lacks_signs = known.is_none()
         && !observations.have_phases()
-        && !problem.random_ranges().is_empty()
+        && !problem.layout.random_ranges().is_empty()
         && !problem.depends_on_arrival(&at)
         && !is_near(problem.evaluate(&at).residuals.chi_square(), observations);
     if lacks_signs {
@@ -337,20 +337,20 @@ fn descended(
     // Between two records the noise is that of both, which their own readings tell.
     let left = context.common.is_none().then(|| problem.left(&evaluation, freedom));
     let spreads_found = nuisance.spreads;
-    let mut nuisance = problem.nuisances(&parameters);
-    let mut rest = parameters[problem.first()..].to_vec();
+    let mut nuisance = problem.layout.nuisances(&parameters);
+    let mut rest = parameters[problem.layout.first()..].to_vec();
     let of_setup = |(n, unknown): (usize, &Unknown)| match unknown.prior {
         Some((mean, sd)) if is_of_setup(n, nuisance.len()) => ((parameters[n] - mean) / sd).powi(2),
         _ => 0.0,
     };
-    let of_setup = unknowns[..problem.first()].iter().enumerate().map(of_setup).sum();
+    let of_setup = unknowns[..problem.layout.first()].iter().enumerate().map(of_setup).sum();
     let is_freed = |n: &usize| {
         let is_shift = *n < Nuisance::COUNT * nuisance.len();
         is_of_setup(*n, nuisance.len()) && (!is_shift || context.stated.has_wide_origin())
     };
-    let freed: Vec<usize> = (0..problem.first()).filter(is_freed).collect();
-    let is_random = problem.random_ranges();
-    let (of_elements, smooth): (Vec<usize>, Vec<usize>) = (problem.first()..unknowns.len())
+    let freed: Vec<usize> = (0..problem.layout.first()).filter(is_freed).collect();
+    let is_random = problem.layout.random_ranges();
+    let (of_elements, smooth): (Vec<usize>, Vec<usize>) = (problem.layout.first()..unknowns.len())
         .partition(|n| is_random.iter().any(|range| range.contains(n)));
     // Departures of all kinds together: each by itself would seem better known than they are, or be charged for what another makes up for.
     let cost = |departures: &[usize]| {
@@ -361,7 +361,7 @@ fn descended(
         true => 0.0,
         false => cost(&[freed, of_elements].concat()) - cost_of_departures,
     };
-    for (stated, range) in problem.spread_departures() {
+    for (stated, range) in problem.layout.spread_departures() {
         let spread = stated.spread(&spreads_found);
         cost_of_departures += cost_of_spread(spread, stated.priors[0].1);
         let square = |n: usize| {
@@ -372,7 +372,8 @@ fn descended(
         let now = likeliest_spread(squares, range.len(), stated.priors[0].1);
         nuisance.spreads.insert(stated.id(), now);
     }
-    let values = problem.lengths.iter().map(|&length| rest.drain(..length).collect()).collect();
+    let values =
+        problem.layout.lengths.iter().map(|&length| rest.drain(..length).collect()).collect();
     Fit {
         cost: residuals.cost(),
         chi_square: residuals.chi_square(),

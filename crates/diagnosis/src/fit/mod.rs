@@ -1,6 +1,7 @@
 //! A set of effects fitted to the readings by nonlinear least squares.
 //!
 //! - [`joint_fit`]: the fit of a set, gain, shift and near field beside it.
+//! - [`layout`]: the order of its numbers.
 //! - [`problem`]: its residuals and derivatives.
 //! - [`nearly_linear`]: where it begins if single elements depart.
 //! - [`random_elements`]: amplitudes or phases that differ from element to element, their spread found with them.
@@ -14,6 +15,7 @@ pub mod departures;
 pub mod directions;
 pub mod joint_fit;
 pub mod kept_value;
+pub mod layout;
 pub mod left;
 mod nearly_linear;
 pub mod outstanding_elements;

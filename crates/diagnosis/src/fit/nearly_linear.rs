@@ -19,7 +19,7 @@ const HALVINGS: usize = 6;
 
 /// Where a fit begins: from these numbers, but with elements that do not depart, so many steps ahead.
 pub(super) fn begun(problem: &Problem<'_>, unknowns: &[Unknown], from: &[f64]) -> Vec<f64> {
-    let elements: Vec<usize> = problem.random_ranges().into_iter().flatten().collect();
+    let elements: Vec<usize> = problem.layout.random_ranges().into_iter().flatten().collect();
     let mut at = from.to_vec();
     elements.iter().for_each(|&n| at[n] = 0.0);
     let mut covariance = None;

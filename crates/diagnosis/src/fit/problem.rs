@@ -8,17 +8,17 @@ use std::sync::{Arc, OnceLock};
 
 use crate::fit::directions::{along_element, along_gain, along_pressures, count_of, turned};
 use crate::fit::kept_value::kept;
+use crate::fit::layout::Layout;
 use crate::fit::left::Left;
 use crate::fit::slopes::Slopes;
-use crate::model::effect::{Context, Effect, Search, Stage};
+use crate::model::effect::{Context, Stage};
 use crate::model::forward_model::{ForwardModel, Pressures};
 use crate::model::instance::{Active, Instance, Setting};
-use crate::model::nuisance::{Nuisance, Nuisances};
+use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
 use crate::model::phases::PhaseResiduals;
 use crate::model::pressure::Pressure;
 use crate::model::residuals::Residuals;
-use crate::model::stated_uncertainty::StatedDeparture;
 
 /// Share of a parameter's scale that its difference quotient steps: far above rounding, far below curvature.
 pub(crate) const DIFFERENCE: f64 = 1e-3;
@@ -27,11 +27,8 @@ pub(crate) const DIFFERENCE: f64 = 1e-3;
 pub(crate) struct Problem<'o> {
     observations: &'o Observations,
     context: &'o Context,
-    instances: &'o [Instance],
-    /// Departures of the set-up beside them.
-    stated: Vec<&'o StatedDeparture>,
-    /// How many parameters each effect has.
-    pub lengths: Vec<usize>,
+    /// What its numbers belong to.
+    pub layout: Layout<'o>,
     /// The last evaluation.
     last: RefCell<Option<Arc<Evaluation>>>,
 }
@@ -60,81 +57,29 @@ impl<'o> Problem<'o> {
         instances: &'o [Instance],
         values: &[Vec<f64>],
     ) -> Self {
-        let stated = context.stated.beside(instances).collect();
-        let lengths = values.iter().map(Vec::len).collect();
-        Self { observations, context, instances, stated, lengths, last: RefCell::new(None) }
+        let layout = Layout::of(observations.scans.len(), context, instances, values);
+        Self { observations, context, layout, last: RefCell::new(None) }
     }
 
     /// The same with the departures of the set-up that are beside other effects.
     pub fn with_departures_beside(self, others: &'o [Instance]) -> Self {
-        Self { stated: self.context.stated.beside(others).collect(), ..self }
-    }
-
-    /// How many numbers are free whatever the effects.
-    pub fn first(&self) -> usize {
-        self.departures().end
-    }
-
-    /// Which numbers are those of the departures of the set-up.
-    fn departures(&self) -> Range<usize> {
-        let from = Nuisance::COUNT * self.observations.scans.len();
-        from..from + self.stated.iter().map(|departure| departure.priors.len()).sum::<usize>()
-    }
-
-    /// Departures of single elements, each with its numbers.
-    pub fn spread_departures(&self) -> impl Iterator<Item = (&'o StatedDeparture, Range<usize>)> {
-        let stated = self.stated.iter().copied().zip(self.parts().map(|(_, range)| range));
-        stated.filter(|(departure, _)| departure.is_of_elements())
-    }
-
-    /// The departures of the set-up, then the effects, each with its numbers.
-    fn parts(&self) -> impl Iterator<Item = (&Instance, Range<usize>)> {
-        let stated = self.stated.iter().map(|of| (&of.instance, of.priors.len()));
-        let effects = self.instances.iter().zip(self.lengths.iter().copied());
-        let mut end = self.departures().start;
-        stated.chain(effects).map(move |(instance, length)| {
-            end += length;
-            (instance, end - length..end)
-        })
-    }
-
-    /// What is free whatever the effects, at a point.
-    pub fn nuisances(&self, numbers: &[f64]) -> Nuisances {
-        let mut all = Nuisances::from(self.nuisance(numbers));
-        let stated = self.parts().take(self.stated.len());
-        let stated =
-            stated.map(|(instance, range)| (instance.effect.id(), numbers[range].to_vec()));
-        all.departures = stated.collect();
-        all
-    }
-
-    /// Gain and shift of each scan at a point.
-    pub fn nuisance(&self, numbers: &[f64]) -> Vec<Nuisance> {
-        numbers[..Nuisance::COUNT * self.observations.scans.len()]
-            .chunks(Nuisance::COUNT)
-            .map(Nuisance::from_slice)
-            .collect()
+        Self { layout: self.layout.with_departures_beside(others, self.context), ..self }
     }
 
     fn model(&self, numbers: &[f64]) -> ForwardModel<'o> {
         let active = self
+            .layout
             .parts()
             .map(|(instance, range)| Active::new(instance, &numbers[range], self.context));
         ForwardModel::of_active(active, self.context)
     }
 
     fn pressures(&self, numbers: &[f64]) -> Pressures {
-        self.model(numbers).pressures(self.observations, &self.nuisance(numbers))
-    }
-
-    /// The effect of a number; `None` for gain, shift and near field.
-    fn effect(&self, number: usize) -> Option<&'static dyn Effect> {
-        let of_number = self.parts().find(|(_, range)| range.contains(&number));
-        of_number.map(|(instance, _)| instance.effect)
+        self.model(numbers).pressures(self.observations, &self.layout.nuisance(numbers))
     }
 
     fn residuals(&self, numbers: &[f64], pressures: &Pressures) -> Residuals {
-        self.model(numbers).residuals(self.observations, pressures, &self.nuisance(numbers))
+        self.model(numbers).residuals(self.observations, pressures, &self.layout.nuisance(numbers))
     }
 
     /// Evaluates a point.
@@ -161,7 +106,7 @@ impl<'o> Problem<'o> {
     /// What is left at an evaluated point by level, of which the readings determine so many numbers.
     pub fn left(&self, evaluation: &Evaluation, freedom: f64) -> Left {
         let Evaluation { numbers, pressures, residuals, .. } = evaluation;
-        let nuisance = self.nuisance(numbers);
+        let nuisance = self.layout.nuisance(numbers);
         let expected = self.model(numbers).received(self.observations, pressures, &nuisance);
         Left::of(self.observations, residuals, &expected, freedom)
     }
@@ -174,7 +119,7 @@ impl<'o> Problem<'o> {
     ) -> impl Iterator<Item = (ForwardModel<'o>, Vec<Nuisance>, f64)> + 'p {
         (0..numbers.len()).map(|j| {
             let (beside, step) = self.stepped(numbers, unknowns, j);
-            (self.model(&beside), self.nuisance(&beside), step)
+            (self.model(&beside), self.layout.nuisance(&beside), step)
         })
     }
 
@@ -199,7 +144,7 @@ impl<'o> Problem<'o> {
     }
 
     fn plausible(&self, numbers: &[f64]) -> bool {
-        self.parts().all(|(instance, range)| {
+        self.layout.parts().all(|(instance, range)| {
             is_plausible(self.observations, self.context, instance, &numbers[range])
         })
     }
@@ -214,12 +159,12 @@ impl<'o> Problem<'o> {
     ) -> Linearisation {
         let evaluation = self.evaluate(numbers);
         let of = |range| self.columns(numbers, unknowns, range, &evaluation);
-        let nuisance = self.first();
+        let nuisance = self.layout.first();
         let mut columns = match kept.take().filter(|kept| kept[0].len() == evaluation.squared.len())
         {
             Some(mut columns) => {
-                let gains = (0..self.departures().start).step_by(Nuisance::COUNT);
-                let of_elements = self.spread_departures().map(|(_, range)| range);
+                let gains = (0..self.layout.departures().start).step_by(Nuisance::COUNT);
+                let of_elements = self.layout.spread_departures().map(|(_, range)| range);
                 for range in gains.map(|gain| gain..gain + 1).chain(of_elements) {
                     columns.splice(range.clone(), of(range));
                 }
@@ -259,7 +204,7 @@ impl<'o> Problem<'o> {
         evaluation: &Evaluation,
     ) -> Vec<Vec<f64>> {
         let base = self.model(numbers);
-        let random = self.random_ranges();
+        let random = self.layout.random_ranges();
         range
             .map(|j| {
                 let (beside, step) = self.stepped(numbers, unknowns, j);
@@ -281,7 +226,7 @@ impl<'o> Problem<'o> {
                     let column = along_element(slopes, parts, j - range.start, change);
                     return self.projected(column, evaluation);
                 }
-                let effect = self.effect(j);
+                let effect = self.layout.effect(j);
                 let of_field = effect.is_none_or(|effect| effect.facts().stage == Stage::Field);
                 let scatters = effect.is_some_and(|effect| effect.scatters_repeats());
                 let moves_field = of_field && (!is_nuisance || of_scan != 0);
@@ -318,7 +263,7 @@ impl<'o> Problem<'o> {
         evaluation: &Evaluation,
     ) -> Pressures {
         let steady = |numbers: &[f64]| {
-            let nuisance = self.nuisance(numbers);
+            let nuisance = self.layout.nuisance(numbers);
             self.model(numbers).without_fluctuations().pressures(self.observations, &nuisance)
         };
         let mut moved = steady(beside);
@@ -389,12 +334,6 @@ impl<'o> Problem<'o> {
         self.model(numbers).depends_on_arrival()
     }
 
-    /// The numbers that are departures of single elements, of the set-up and of the effects: of each kind their range.
-    pub fn random_ranges(&self) -> Vec<Range<usize>> {
-        let random = self.parts().filter(|(part, _)| part.effect.search() == Search::Random);
-        random.map(|(_, range)| range).collect()
-    }
-
     /// How the pressure of each reading changes by the departures of single elements, one column for each number of [`Self::random_ranges`]: along the
     /// pressure's own phase the real part, across it the imaginary one.
     pub fn pressures_by_elements(
@@ -411,7 +350,7 @@ impl<'o> Problem<'o> {
         };
         let ahead: Vec<Complex64> =
             evaluation.pressures.iter().flatten().flatten().map(ahead).collect();
-        let numbered = self.random_ranges().into_iter().flat_map(|range| {
+        let numbered = self.layout.random_ranges().into_iter().flat_map(|range| {
             let first = range.start;
             range.map(move |j| (j, first))
         });
@@ -439,7 +378,7 @@ impl<'o> Problem<'o> {
     ) -> &'l [Vec<Vec<Complex64>>] {
         kept::<Vec<_>>(&evaluation.contributions, || {
             let model = self.model(numbers);
-            let nuisance = self.nuisance(numbers);
+            let nuisance = self.layout.nuisance(numbers);
             let scans = self.observations.scans.iter().zip(&nuisance);
             scans.flat_map(|(scan, nuisance)| model.contributions(&scan.drives, nuisance)).collect()
         })
@@ -462,170 +401,4 @@ pub(crate) fn is_plausible(
 }
 
 #[cfg(test)]
-mod tests {
-    use fieldgap_acoustics::{Array, Excitation, Vec3};
-
-    use super::*;
-    use crate::effect_id::EffectId;
-    use crate::effects::effect;
-    use crate::effects::testing::{Bench, nuisance};
-    use crate::fit::joint_fit::unknowns;
-    use crate::model::effect::Choice;
-    use crate::model::phases::PhaseMeaning;
-    use crate::statistics::phase_noise::PhaseNoise;
-
-    /// The derivative of all residuals by one number, from points on either side.
-    fn quotient(
-        problem: &Problem<'_>,
-        numbers: &[f64],
-        unknowns: &[Unknown],
-        number: usize,
-    ) -> Vec<f64> {
-        let step = 1e-2 * unknowns[number].scale;
-        let [above, below] = [step, -step].map(|step| {
-            let mut numbers = numbers.to_vec();
-            numbers[number] += step;
-            problem.evaluate(&numbers).squared.clone()
-        });
-        above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step)).collect()
-    }
-
-    /// Norm of what a column misses of a derivative, and of the derivative.
-    fn norms(whole: &[f64], column: &[f64]) -> [f64; 2] {
-        let norm = |of: &mut dyn Iterator<Item = f64>| of.map(|x| x * x).sum::<f64>().sqrt();
-        [norm(&mut whole.iter().zip(column).map(|(a, b)| a - b)), norm(&mut whole.iter().copied())]
-    }
-
-    /// The mean alone moves, but residuals by the field with its scatter are nearly the same.
-    #[test]
-    fn derivatives_beside_a_scattering_position_are_nearly_those_of_the_whole_field() {
-        let bench = Bench::new();
-        let places = (0..90).map(|n| {
-            let n = f64::from(n);
-            Vec3::new(0.02 * (2.4 * n).cos(), 0.02 * (1.7 * n).sin(), 0.08 + 0.0005 * n)
-        });
-        let drives = [(bench.believed().excitation.clone(), places.collect())];
-        let observations = bench.observations(&drives);
-        let instances = [EffectId::SoundSpeed, EffectId::PositionJitter]
-            .map(|id| Instance { effect: effect(id), choice: Choice::None });
-        let values = [vec![1.01], vec![0.004, 0.002, 0.004]];
-        let nuisance = vec![Nuisance::from_slice(&[0.0; Nuisance::COUNT])].into();
-        let spreads = [f64::NAN; 2];
-        let unknowns = unknowns(&instances, &values, &spreads, &nuisance, &bench.context);
-        let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
-        let problem = Problem::new(&observations, &bench.context, &instances, &values);
-        let evaluation = problem.evaluate(&numbers);
-        let readings = observations.len();
-        for number in 1..=Nuisance::COUNT {
-            let column = problem.columns(&numbers, &unknowns, number..number + 1, &evaluation);
-            let whole = quotient(&problem, &numbers, &unknowns, number);
-            let [missed, whole] = norms(&whole[..readings], &column[0][..readings]);
-            let share = missed / whole;
-            assert!(share < 0.2, "{number}: {share}");
-        }
-    }
-
-    /// Phases of a field with another speed of sound and displaced places, beside a clock with an offset and a drift: what is left is small, and
-    /// derivatives with offset and drift taken out are those of the whole problem, which finds both anew.
-    #[test]
-    fn derivatives_of_phases_are_those_of_the_problem_with_its_reference_fitted_anew() {
-        let bench = Bench::new();
-        let places = (0..120).map(|n| {
-            let n = f64::from(n);
-            Vec3::new(0.02 * (2.4 * n).cos(), 0.02 * (1.7 * n).sin(), 0.08 + 0.0005 * n)
-        });
-        for each_drive in [false, true] {
-            let drives = [
-                (bench.believed().excitation.clone(), places.clone().collect()),
-                (Excitation::Uniform, places.clone().collect()),
-            ];
-            let mut observations = bench.observations(&drives);
-            let scan = &mut observations.scans[0];
-            let model = bench.model(EffectId::SoundSpeed, &[1.002]);
-            let last = 239.0;
-            for drive in &mut scan.drives {
-                let pressures = model.pressures_at(drive.driven(), &drive.visits, &nuisance());
-                for (visit, pressure) in drive.visits.iter_mut().zip(pressures) {
-                    visit.progress = visit.number as f64 / last;
-                    let offset_rad = 2.0 + if each_drive { drive.number as f64 } else { 0.0 };
-                    let clock_rad = offset_rad + 0.1 * visit.progress;
-                    drive.phases_rad.push(pressure.coherent.arg() + clock_rad);
-                    drive.believed_rad.push(pressure.coherent.arg());
-                }
-            }
-            drop(model);
-            let noise = PhaseNoise { rad: 0.02, within: 1.0 };
-            scan.phase = Some(PhaseMeaning { noise, drift_u_rad: 0.2, each_drive });
-            let instances = [EffectId::SoundSpeed, EffectId::ElementPhase]
-                .map(|id| Instance { effect: effect(id), choice: Choice::None });
-            let values = [vec![1.0021], vec![0.0; observations.elements()]];
-            let nuisance = vec![Nuisance::from_slice(&[0.01, 1e-5, -1e-5, 1e-5, 0.05])].into();
-            let unknowns =
-                unknowns(&instances, &values, &[f64::NAN, 0.1], &nuisance, &bench.context);
-            let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
-            let problem = Problem::new(&observations, &bench.context, &instances, &values);
-            let evaluation = problem.evaluate(&numbers);
-            assert_eq!(evaluation.squared.len(), 2 * observations.len());
-            let few = Nuisance::COUNT + 3;
-            let columns = problem.columns(&numbers, &unknowns, 0..few, &evaluation);
-            for (number, column) in columns.iter().enumerate() {
-                let whole = quotient(&problem, &numbers, &unknowns, number);
-                let phases = observations.len()..;
-                let [missed, whole] = norms(&whole[phases.clone()], &column[phases]);
-                // By the gain no phase changes.
-                let bound = if number == 0 { 1e-6 } else { 0.02 * whole };
-                assert!(missed <= bound, "{number}: {missed} of {whole}");
-                assert!(number == 0 || whole > 0.0, "{number}");
-            }
-        }
-    }
-
-    /// Also those of elements that were computed anew where others were kept from another point.
-    #[test]
-    fn derivatives_by_departures_of_the_set_up_are_those_of_the_problem() {
-        let array = Array::square(4, 4, 10e-3).expect("not empty");
-        let mut context = Bench::of(array, Excitation::Uniform).context;
-        let departures = [
-            (EffectId::SoundSpeed, vec![(1.0, 1e-3)]),
-            (EffectId::ElementGain, vec![(0.0, 0.08); 16]),
-            (EffectId::ElementPhase, vec![(0.0, 0.13); 16]),
-            (EffectId::Reflection, vec![(400.0, 5.0), (0.0, 0.014), (0.0, 0.014)]),
-            (EffectId::GainDrift, vec![(0.0, 0.005)]),
-        ];
-        context.stated.departures = departures
-            .into_iter()
-            .map(|(id, priors)| StatedDeparture {
-                instance: Instance { effect: effect(id), choice: Choice::None },
-                priors,
-            })
-            .collect();
-        let mut observations = Bench::in_six_planes(10e-3);
-        let visits = &mut observations.scans[0].drives[0].visits;
-        visits.iter_mut().for_each(|visit| visit.progress = visit.number as f64 / 600.0);
-        let nuisance = Nuisances::from(vec![Nuisance::from_slice(&[0.0; Nuisance::COUNT])]);
-        let nuisance = nuisance.beside(&[], &context.stated);
-        let unknowns = unknowns(&[], &[], &[], &nuisance, &context);
-        let problem = Problem::new(&observations, &context, &[], &[]);
-        let begun: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
-        let mut numbers = begun.clone();
-        for (n, number) in problem.departures().enumerate() {
-            numbers[number] +=
-                0.3 * (1.7 * n as f64).sin() * unknowns[number].prior.expect("one").1 / 0.1;
-        }
-        let mut kept = None;
-        problem.linearise(&begun, &unknowns, &mut kept);
-        let beside_kept = problem.linearise(&numbers, &unknowns, &mut kept).columns;
-        let anew = problem.linearise(&numbers, &unknowns, &mut None).columns;
-        let of_elements: Vec<usize> =
-            problem.spread_departures().flat_map(|(_, range)| range).collect();
-        assert_eq!(of_elements.len(), 32);
-        for number in problem.departures() {
-            let whole = quotient(&problem, &numbers, &unknowns, number);
-            let [missed, of_all] = norms(&whole, &anew[number]);
-            assert!(missed < 0.02 * of_all, "{number}: {missed} of {of_all}");
-            let [missed, _] = norms(&whole, &beside_kept[number]);
-            let is_anew = missed < 0.02 * of_all;
-            assert!(is_anew || !of_elements.contains(&number), "{number}: {missed} of {of_all}");
-        }
-    }
-}
+mod tests;

@@ -110,7 +110,7 @@ impl QuadraticCost {
         let problem = Problem::new(observations, context, &start.instances, &start.values);
         let Linearisation { residuals, columns } = problem.linearise(&at, &unknowns, &mut None);
         let mut groups = Vec::new();
-        let mut beside: Vec<usize> = (0..problem.first()).collect();
+        let mut beside: Vec<usize> = (0..problem.layout.first()).collect();
         let mut own = Vec::new();
         let mut from = beside.len();
         for (number, (instance, values)) in start.instances.iter().zip(&start.values).enumerate() {

@@ -269,18 +269,16 @@ pub(crate) fn fit_beside(
     if !observations.have_phases() {
         return descended(observations, context, start, stopping, known);
     }
+    let first = descended(observations, context, start.clone(), stopping, known);
+    if is_near(first.chi_square, observations) {
+        return first;
+    }
     // Phases that are off by more than half a turn lead astray, amplitudes alone leave signs open: each leads where the other does not.
-    let by_amplitudes =
-        descended(&observations.without_phases(), context, start.clone(), stopping, None);
-    let from_there = Start {
-        values: by_amplitudes.values,
-        nuisance: Some(by_amplitudes.nuisance),
-        ..start.clone()
-    };
-    let [first, other] = [
-        descended(observations, context, start, stopping, known),
-        descended(observations, context, from_there, stopping, None),
-    ];
+    let Start { instances, spreads, .. } = start.clone();
+    let Fit { values, nuisance, .. } =
+        descended(&observations.without_phases(), context, start, stopping, None);
+    let from_there = Start { instances, values, spreads, nuisance: Some(nuisance) };
+    let other = descended(observations, context, from_there, stopping, None);
     if other.penalised < first.penalised { other } else { first }
 }
 
@@ -489,81 +487,4 @@ pub(crate) fn cost_on(observations: &Observations, fit: &Fit, context: &Context)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use fieldgap_acoustics::{Array, Excitation};
-
-    use crate::effects::effect;
-    use crate::effects::testing::Bench;
-    use crate::model::effect::Choice;
-
-    #[test]
-    fn in_another_order_every_effect_keeps_its_numbers_and_errors() {
-        let instance = |id| Instance { effect: effect(id), choice: Choice::None };
-        let nuisance = Nuisance::from_slice(&[0.0; Nuisance::COUNT]);
-        let size = Nuisance::COUNT + 4;
-        let fit = Fit {
-            instances: vec![instance(EffectId::Offset), instance(EffectId::Pitch)],
-            values: vec![vec![1.0, 2.0, 3.0], vec![4.0]],
-            spreads: vec![f64::NAN, 0.5],
-            covariance: Some(DMatrix::from_fn(size, size, |i, j| (10 * i + j) as f64)),
-            ..Fit::of_nothing(vec![nuisance])
-        };
-        let (before, fit) = (fit.clone(), fit.in_order(&[1, 0]));
-        assert_eq!(fit.ids(), [EffectId::Pitch, EffectId::Offset]);
-        assert_eq!(fit.values, [vec![4.0], vec![1.0, 2.0, 3.0]]);
-        assert_eq!(fit.spreads[0], 0.5);
-        let [now, old] = [&fit, &before].map(|fit| fit.covariance.as_ref().expect("one"));
-        let [pitch, offset] = [fit.ranges()[0].start, fit.ranges()[1].start];
-        let [old_offset, old_pitch] = [before.ranges()[0].start, before.ranges()[1].start];
-        assert_eq!(now[(pitch, offset + 2)], old[(old_pitch, old_offset + 2)]);
-        assert_eq!(now[(offset + 1, 0)], old[(old_offset + 1, 0)]);
-    }
-
-    /// Of one number it is half of the square of its standard errors; of several alike, what they gain together counts.
-    #[test]
-    fn the_nats_of_an_effect_are_those_of_its_size_in_standard_errors() {
-        let instance = |id| Instance { effect: effect(id), choice: Choice::None };
-        let nuisance = Nuisance::from_slice(&[0.0; Nuisance::COUNT]);
-        let mut covariance = DMatrix::identity(Nuisance::COUNT + 4, Nuisance::COUNT + 4);
-        let first = Nuisance::COUNT;
-        (covariance[(first, first + 1)], covariance[(first + 1, first)]) = (0.6, 0.6);
-        covariance[(first + 3, first + 3)] = 1e-6;
-        let fit = Fit {
-            instances: vec![instance(EffectId::Offset), instance(EffectId::Pitch)],
-            values: vec![vec![2.0, -2.0, 0.0], vec![1.003]],
-            spreads: vec![f64::NAN; 2],
-            covariance: Some(covariance),
-            ..Fit::of_nothing(vec![nuisance])
-        };
-        // x, -x with the correlation r have the square 2x²/(1 - r).
-        let [offset, pitch] = [0, 1].map(|number| fit.nats_of(number).expect("determined"));
-        assert!((offset - 10.0).abs() < 1e-9 && (pitch - 4.5).abs() < 1e-9, "{offset} {pitch}");
-        assert_eq!(Fit { covariance: None, ..fit }.nats_of(0), None);
-    }
-
-    /// Whether their departures are called an effect or are within what is stated: known equally well, they cost the same.
-    #[test]
-    fn the_freedom_of_elements_costs_the_same_by_whatever_name() {
-        let array = Array::square(4, 4, 10e-3).expect("not empty");
-        let stated = Bench::of(array, Excitation::Uniform).with_elements_known_to(0.08, 0.13);
-        let observations = Bench::in_six_planes(10e-3);
-        let instances = [EffectId::ElementPhase, EffectId::Pitch]
-            .map(|id| Instance { effect: effect(id), choice: Choice::None });
-        let cost_with = |instances: &[Instance]| {
-            let values = |instance: &Instance| match instance.effect.id() {
-                EffectId::Pitch => vec![1.0],
-                _ => vec![0.0; 16],
-            };
-            let values = instances.iter().map(values).collect();
-            let spreads = instances.iter().rev().map(|_| 0.13).skip(1).chain([f64::NAN]).collect();
-            let start = Start { instances: instances.to_vec(), values, spreads, nuisance: None };
-            fit(&observations, &stated.context, start, SEARCH)
-        };
-        let [by_effect, within] = [&instances[..], &instances[1..]].map(cost_with);
-        let elements = by_effect.cost_of_departures + by_effect.cost_of_elements;
-        assert!(by_effect.cost_of_elements > 5.0, "{}", by_effect.cost_of_elements);
-        assert_eq!(within.cost_of_elements, 0.0);
-        assert!((elements - within.cost_of_departures).abs() < 1e-3 * elements, "{elements}");
-    }
-}
+mod tests;

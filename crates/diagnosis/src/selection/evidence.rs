@@ -16,7 +16,7 @@ use nalgebra::DMatrix;
 
 use crate::effects::phase_quantisation::{COMMON_ZEROS, steps_in_a_period};
 use crate::fit::joint_fit::Fit;
-use crate::fit::left::Likelihood;
+use crate::fit::left::{Left, Likelihood};
 use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, NO_EFFECT, SPREAD_SPAN, most_in_a_set};
 use crate::model::effect::{Choice, Effect, Search};
 use crate::model::observations::{Observations, ObservedScan};
@@ -67,6 +67,12 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
     }
     log -= cost_of_likeness_of(fit) + fit.cost_of_departures + fit.cost_of_elements;
     log + log_prior(fit.instances.len(), fit.physical_effects())
+}
+
+/// By how much the evidence for a set is higher than if the noise were known exactly. It grows with what the set leaves, less than in proportion.
+pub(crate) fn nats_of_unknown_noise(fit: &Fit, observations: &Observations) -> f64 {
+    let of_likelihood = |left: &Left| left.likelihood(observations).log + 0.5 * fit.cost;
+    fit.left.as_ref().map_or(0.0, of_likelihood)
 }
 
 /// Natural logarithm of the prior of a set of so many effects, of which so many are not defects of the simulator, less a constant.

@@ -20,7 +20,9 @@ use crate::limits::{
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
 use crate::model::observations::Observations;
-use crate::selection::evidence::{cost_of_freedom, cost_of_one_more, log_evidence};
+use crate::selection::evidence::{
+    cost_of_freedom, cost_of_one_more, log_evidence, nats_of_unknown_noise,
+};
 use crate::selection::quick_scores::QuickScores;
 use crate::selection::scored_model::{ScoredModel, is_near, sorted_ids};
 use crate::selection::starts::{Beginning, beginnings, extended};
@@ -97,7 +99,9 @@ impl Extension {
             .collect();
         // The gain of a coarse fit grows in proportion to the number of readings.
         let share = observations.len() as f64 / coarse.len() as f64;
-        let estimates: Vec<f64> = rough
+        // Beside an unknown noise, and beside one that is known exactly: far from the readings the evidence falls less than in proportion to the cost. What a poor
+        // set saves would then count for more than it lacks, but rivals are also nearer to each other.
+        let estimates: Vec<[f64; 2]> = rough
             .iter()
             .map(|(set, fit)| {
                 let base = &bases[set.number];
@@ -105,18 +109,18 @@ impl Extension {
                 let by_chance = fit.values.last().map_or(0, Vec::len) as f64;
                 let of_readings = share * (base.coarse_cost - fit.cost - by_chance);
                 let of_setup = base.scored.fit.of_setup - fit.of_setup;
-                0.5 * (of_readings + of_setup) + base.scored.log_evidence
+                let estimate = 0.5 * (of_readings + of_setup) + base.scored.log_evidence;
+                [estimate, estimate - nats_of_unknown_noise(&base.scored.fit, observations)]
             })
             .collect();
-        let mut best_first = estimates.clone();
-        best_first.sort_by(|a, b| b.total_cmp(a));
-        // Far from the readings all sets but one are far behind, but another may become the best with the next effect.
-        let Some(kept_anyway) = best_first.get(KEPT_IN_ANY_CASE - 1).or(best_first.last()) else {
+        let [Some(least), Some(least_by_cost)] =
+            [0, 1].map(|by| least_kept(estimates.iter().map(|estimate| estimate[by])))
+        else {
             return Self { fitted: Vec::new(), given_up: Vec::new(), unseen };
         };
-        let least = kept_anyway.min(best_first[0] - GIVEN_UP);
+        let is_kept = |[estimate, by_cost]: [f64; 2]| estimate >= least || by_cost >= least_by_cost;
         let (kept, given_up): (Vec<_>, Vec<_>) =
-            rough.into_iter().zip(estimates).partition(|(_, estimate)| *estimate >= least);
+            rough.into_iter().zip(estimates).partition(|(_, estimates)| is_kept(*estimates));
         let fitted: Vec<(ScoredModel, bool)> = kept
             .into_par_iter()
             .map(|((set, fit), _)| match share > 1.0 {
@@ -137,6 +141,15 @@ impl Extension {
         let given_up = given_up.into_iter().map(|((set, _), _)| set.ids).collect();
         Self { fitted, given_up, unseen }
     }
+}
+
+/// The least estimate with which a set is fitted further; `None` of no estimates. Far from the readings all sets but one are far behind, but another may become
+/// the best with the next effect.
+fn least_kept(estimates: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut best_first: Vec<f64> = estimates.collect();
+    best_first.sort_by(|a, b| b.total_cmp(a));
+    let kept_anyway = best_first.get(KEPT_IN_ANY_CASE - 1).or(best_first.last())?;
+    Some(kept_anyway.min(best_first[0] - GIVEN_UP))
 }
 
 /// The sets to fit, each once.
@@ -358,152 +371,4 @@ fn expected_nats(scores: &ScoreStatistics<'_>, effect: &'static dyn Effect) -> f
 }
 
 #[cfg(test)]
-mod tests {
-    use fieldgap_acoustics::Vec3;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, StandardNormal};
-
-    use super::*;
-    use crate::effect_id::EffectId;
-    use crate::effects::effect;
-    use crate::effects::testing::{Bench, nuisance};
-    use crate::limits::NO_EFFECT;
-    use crate::model::forward_model::ForwardModel;
-    use crate::model::nuisance::Nuisances;
-    use crate::model::stated_uncertainty::StatedDeparture;
-    use crate::selection::scored_model::believed;
-
-    /// Noisy readings of an array with these causes.
-    fn observations(bench: &Bench, causes: &ForwardModel<'_>) -> Observations {
-        let at = |n: i32| Vec3::new(f64::from(n % 20), f64::from(n / 20 % 20), 0.0) * 2e-3;
-        let below = |n: i32| Vec3::new(-0.02, -0.02, if n < 400 { 0.09 } else { 0.13 });
-        let places = (0..800).map(|n| at(n) + below(n)).collect();
-        let mut observations = bench.observations(&[(bench.believed().excitation.clone(), places)]);
-        let expected = causes.expected_readings(&observations, &[nuisance()]);
-        let mut random = ChaCha8Rng::seed_from_u64(8);
-        let scan = &mut observations.scans[0];
-        for (n, level) in expected.into_iter().enumerate() {
-            let lot: f64 = StandardNormal.sample(&mut random);
-            let reading = (level + scan.scale.deviation(level) * lot).abs();
-            scan.drives[0].readings[n] = reading;
-            scan.drives[0].stabilised[n] = scan.scale.of(reading);
-        }
-        observations
-    }
-
-    /// Its numbers take the place of others in the fit, whose slopes would be taken for those of the next.
-    #[test]
-    fn an_effect_in_place_of_a_departure_of_the_set_up_keeps_no_slopes() {
-        let bench = Bench::new();
-        let mut context = bench.context.clone();
-        let instance = Instance { effect: effect(EffectId::SoundSpeed), choice: Choice::None };
-        context.stated.departures = vec![StatedDeparture { instance, priors: vec![(1.0, 1e-3)] }];
-        let observations = observations(&bench, &ForwardModel::believed());
-        let coarse = observations.thinned(160);
-        let base = believed(&observations, &context);
-        let base = Base::of(&base, true, &observations, &coarse, &context);
-        assert!(base.keeps_slopes(effect(EffectId::Pitch)));
-        assert!(!base.keeps_slopes(effect(EffectId::SoundSpeed)));
-    }
-
-    #[test]
-    fn an_effect_may_begin_where_the_departure_was_whose_place_it_takes() {
-        let mut nuisance = Nuisances::from(vec![nuisance()]);
-        nuisance.departures.insert(EffectId::SoundSpeed, vec![1.003]);
-        let fit = Fit::of_nothing(nuisance);
-        let starts = |id| -> Vec<Vec<f64>> {
-            from_departure(&fit, effect(id)).map(|beginning| beginning.values).collect()
-        };
-        assert_eq!(starts(EffectId::SoundSpeed), [[1.003]]);
-        assert!(starts(EffectId::Pitch).is_empty());
-    }
-
-    /// The pitch fitted to a fifth of the readings, then to all: where it is off, until nothing is left to gain; where it is not, for one step.
-    #[test]
-    fn a_fit_goes_on_where_its_effect_adds_something() {
-        let bench = Bench::new();
-        let context = &bench.context;
-        for (ratio, acts) in [(1.004, true), (1.0, false)] {
-            let observations = observations(&bench, &bench.model(EffectId::Pitch, &[ratio]));
-            let coarse = observations.thinned(160);
-            let base = believed(&observations, context);
-            let base = Base::of(&base, true, &observations, &coarse, context);
-            assert!(base.near, "{ratio}");
-            let effect = effect(EffectId::Pitch);
-            let instances = extended(&base.scored.fit, effect, Choice::None);
-            let nuisance = Some(base.scored.fit.nuisance.clone());
-            let values = vec![effect.neutral()];
-            let start = Start { instances, values, spreads: vec![f64::NAN], nuisance };
-            let fit = fit_any(&coarse, context, start, ROUGH, None);
-            let (found, adds_nothing) = base.fit_to_all(effect, fit, &observations, context);
-            assert_eq!(adds_nothing, !acts, "{ratio}");
-            let gained = found.log_evidence - base.scored.log_evidence;
-            assert!(if acts { gained > 5.0 } else { gained < 0.0 }, "{ratio}: {gained}");
-            let again = refined(found.fit.clone(), &observations, context, SEARCH, None);
-            let left = ScoredModel::of(again, &observations).log_evidence - found.log_evidence;
-            assert!(!acts || left < 0.1, "{ratio}: {left}");
-        }
-    }
-
-    /// Of an effect of one number that gains nothing the prior leaves one part in six, e^-1.85, beside that of an effect.
-    #[test]
-    fn an_effect_that_cannot_be_seen_keeps_what_its_prior_leaves_it() {
-        let bench = Bench::new();
-        let observations = observations(&bench, &bench.model(EffectId::Pitch, &[1.0]));
-        let base = [believed(&observations, &bench.context)];
-        let tried = Some([EffectId::Pitch].into());
-        let context = Context { tried, ..bench.context.clone() };
-        let Extension { fitted, unseen, .. } =
-            Extension::of(&base, vec![], true, &observations, &context);
-        let [Unseen { of, nats }] = unseen.as_slice() else { panic!("{unseen:?}") };
-        assert!(fitted.is_empty() && of.is_empty());
-        let prior = -NO_EFFECT.get();
-        assert!((prior - 1.86..prior + LEAST_EXPECTED_NATS.get()).contains(nats), "{nats}");
-    }
-
-    /// A fit of unequal elements takes it for one that departs by all of its amplitude, and the others for as unequal.
-    #[test]
-    fn a_silent_element_leaves_the_others_nearly_equal() {
-        const SILENT: usize = 5;
-        const SPREAD: f64 = 0.02;
-        let bench = Bench::new();
-        let unequal = Instance { effect: effect(EffectId::ElementGain), choice: Choice::None };
-        let silent = Instance {
-            effect: effect(EffectId::DeadElements),
-            choice: Choice::Elements(vec![SILENT]),
-        };
-        let elements = bench.believed().array.len();
-        let mut random = ChaCha8Rng::seed_from_u64(9);
-        let lots: Vec<f64> = StandardNormal.sample_iter(&mut random).take(elements).collect();
-        let departures = lots.into_iter().map(|lot| SPREAD * lot).collect();
-        let causes = [unequal.clone(), silent.clone()];
-        let causes = ForwardModel::of(&causes, &[departures, vec![]], &bench.context);
-        let observations = observations(&bench, &causes);
-        let mut near = vec![0.0; elements];
-        near[SILENT] = -0.9;
-        let start = Start {
-            instances: vec![unequal],
-            values: vec![near],
-            spreads: vec![f64::NAN],
-            nuisance: None,
-        };
-        let imitated = fit_any(&observations, &bench.context, start, SEARCH, None);
-        assert!((imitated.values[0][SILENT] + 1.0).abs() < 0.1, "{:?}", imitated.values);
-        assert!(imitated.spreads[0] > 5.0 * SPREAD, "{:?}", imitated.spreads);
-        let imitated = [ScoredModel::of(imitated, &observations)];
-        // The slopes by the departures hold beside another pitch, and not beside a silent element.
-        let coarse = observations.thinned(160);
-        let base = Base::of(&imitated[0], true, &observations, &coarse, &bench.context);
-        assert!(base.known(effect(EffectId::Pitch)).is_some());
-        assert!(base.known(effect(EffectId::DeadElements)).is_none());
-        let tried = Some([EffectId::DeadElements].into());
-        let context = Context { tried, ..bench.context.clone() };
-        let Extension { fitted, .. } =
-            Extension::of(&imitated, vec![], true, &observations, &context);
-        let [found] = fitted.as_slice() else { panic!("{} sets", fitted.len()) };
-        assert_eq!(found.fit.instances[1].choice, silent.choice);
-        assert!((found.fit.spreads[0] / SPREAD - 1.0).abs() < 0.5, "{:?}", found.fit.spreads);
-        assert!(found.log_evidence > imitated[0].log_evidence + 10.0);
-    }
-}
+mod tests;

@@ -274,10 +274,9 @@ pub(crate) fn fit_beside(
         return first;
     }
     // Phases that are off by more than half a turn lead astray, amplitudes alone leave signs open: each leads where the other does not.
-    let Start { instances, spreads, .. } = start.clone();
     let Fit { values, nuisance, .. } =
-        descended(&observations.without_phases(), context, start, stopping, None);
-    let from_there = Start { instances, values, spreads, nuisance: Some(nuisance) };
+        descended(&observations.without_phases(), context, start.clone(), stopping, None);
+    let from_there = Start { values, nuisance: Some(nuisance), ..start };
     let other = descended(observations, context, from_there, stopping, None);
     if other.penalised < first.penalised { other } else { first }
 }

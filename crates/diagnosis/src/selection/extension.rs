@@ -99,9 +99,7 @@ impl Extension {
             .collect();
         // The gain of a coarse fit grows in proportion to the number of readings.
         let share = observations.len() as f64 / coarse.len() as f64;
-        // Beside an unknown noise, and beside one that is known exactly: far from the readings the evidence falls less than in proportion to the cost. What a poor
-        // set saves would then count for more than it lacks, but rivals are also nearer to each other.
-        let estimates: Vec<[f64; 2]> = rough
+        let estimates: Vec<Estimate> = rough
             .iter()
             .map(|(set, fit)| {
                 let base = &bases[set.number];
@@ -109,18 +107,13 @@ impl Extension {
                 let by_chance = fit.values.last().map_or(0, Vec::len) as f64;
                 let of_readings = share * (base.coarse_cost - fit.cost - by_chance);
                 let of_setup = base.scored.fit.of_setup - fit.of_setup;
-                let estimate = 0.5 * (of_readings + of_setup) + base.scored.log_evidence;
-                [estimate, estimate - nats_of_unknown_noise(&base.scored.fit, observations)]
+                let log_evidence = 0.5 * (of_readings + of_setup) + base.scored.log_evidence;
+                Estimate { log_evidence, by_cost: log_evidence - base.nats_of_unknown_noise }
             })
             .collect();
-        let [Some(least), Some(least_by_cost)] =
-            [0, 1].map(|by| least_kept(estimates.iter().map(|estimate| estimate[by])))
-        else {
-            return Self { fitted: Vec::new(), given_up: Vec::new(), unseen };
-        };
-        let is_kept = |[estimate, by_cost]: [f64; 2]| estimate >= least || by_cost >= least_by_cost;
+        let is_kept = are_kept(&estimates);
         let (kept, given_up): (Vec<_>, Vec<_>) =
-            rough.into_iter().zip(estimates).partition(|(_, estimates)| is_kept(*estimates));
+            rough.into_iter().zip(is_kept).partition(|(_, is_kept)| *is_kept);
         let fitted: Vec<(ScoredModel, bool)> = kept
             .into_par_iter()
             .map(|((set, fit), _)| match share > 1.0 {
@@ -143,13 +136,34 @@ impl Extension {
     }
 }
 
-/// The least estimate with which a set is fitted further; `None` of no estimates. Far from the readings all sets but one are far behind, but another may become
-/// the best with the next effect.
-fn least_kept(estimates: impl Iterator<Item = f64>) -> Option<f64> {
+/// What a coarse fit expects of a set on all readings, nats.
+#[derive(Clone, Copy)]
+struct Estimate {
+    log_evidence: f64,
+    /// The same if the noise were known exactly.
+    by_cost: f64,
+}
+
+/// Which sets are fitted further: those that are hopeful by either estimate. Far from the readings the evidence falls less than in proportion to the cost. By the
+/// first, what a poor set saves would count for more than it lacks; by the second, rivals seem far from each other.
+fn are_kept(estimates: &[Estimate]) -> Vec<bool> {
+    let least = least_kept(estimates.iter().map(|estimate| estimate.log_evidence));
+    let least_by_cost = least_kept(estimates.iter().map(|estimate| estimate.by_cost));
+    let is_kept =
+        |estimate: &Estimate| estimate.log_evidence >= least || estimate.by_cost >= least_by_cost;
+    estimates.iter().map(is_kept).collect()
+}
+
+/// The least estimate that is hopeful. Far from the readings all sets but one are far behind, but another may become the best with the next effect.
+fn least_kept(estimates: impl Iterator<Item = f64>) -> f64 {
     let mut best_first: Vec<f64> = estimates.collect();
     best_first.sort_by(|a, b| b.total_cmp(a));
-    let kept_anyway = best_first.get(KEPT_IN_ANY_CASE - 1).or(best_first.last())?;
-    Some(kept_anyway.min(best_first[0] - GIVEN_UP))
+    let [Some(best), Some(kept_anyway)] =
+        [best_first.first(), best_first.get(KEPT_IN_ANY_CASE - 1).or(best_first.last())]
+    else {
+        return f64::NEG_INFINITY;
+    };
+    kept_anyway.min(best - GIVEN_UP)
 }
 
 /// The sets to fit, each once.
@@ -197,6 +211,8 @@ struct Base<'o> {
     may_fluctuate: bool,
     /// Whether walls and objects are looked for, which takes long: beside the set-up as believed, and beside the best set if it is near the readings.
     asks_for_stray_waves: bool,
+    /// By how much its evidence is higher than if the noise were known exactly.
+    nats_of_unknown_noise: f64,
     /// Its cost on the few readings.
     coarse_cost: f64,
     /// The derivatives of the few readings by what is fitted already.
@@ -222,6 +238,7 @@ impl<'o> Base<'o> {
             may_fluctuate: observations.are_fluctuating()
                 || near && noise_is_settled && noise_is_told,
             asks_for_stray_waves: true,
+            nats_of_unknown_noise: nats_of_unknown_noise(&scored.fit, observations),
             coarse_cost: cost_on(coarse, &scored.fit, context),
             coarse_slopes: ScoreStatistics::of(coarse, context, &scored.fit).into_slopes(),
         }

@@ -35,15 +35,17 @@ fn norms(whole: &[f64], column: &[f64]) -> [f64; 2] {
     [norm(&mut whole.iter().zip(column).map(|(a, b)| a - b)), norm(&mut whole.iter().copied())]
 }
 
+/// Places about the axis, one above the other.
+fn places(count: u32) -> Vec<Vec3> {
+    let at = |n: f64| Vec3::new(0.02 * (2.4 * n).cos(), 0.02 * (1.7 * n).sin(), 0.08 + 5e-4 * n);
+    (0..count).map(|n| at(f64::from(n))).collect()
+}
+
 /// The mean alone moves, but residuals by the field with its scatter are nearly the same.
 #[test]
 fn derivatives_beside_a_scattering_position_are_nearly_those_of_the_whole_field() {
     let bench = Bench::new();
-    let places = (0..90).map(|n| {
-        let n = f64::from(n);
-        Vec3::new(0.02 * (2.4 * n).cos(), 0.02 * (1.7 * n).sin(), 0.08 + 0.0005 * n)
-    });
-    let drives = [(bench.believed().excitation.clone(), places.collect())];
+    let drives = [(bench.believed().excitation.clone(), places(90))];
     let observations = bench.observations(&drives);
     let instances = [EffectId::SoundSpeed, EffectId::PositionJitter]
         .map(|id| Instance { effect: effect(id), choice: Choice::None });
@@ -69,14 +71,10 @@ fn derivatives_beside_a_scattering_position_are_nearly_those_of_the_whole_field(
 #[test]
 fn derivatives_of_phases_are_those_of_the_problem_with_its_reference_fitted_anew() {
     let bench = Bench::new();
-    let places = (0..120).map(|n| {
-        let n = f64::from(n);
-        Vec3::new(0.02 * (2.4 * n).cos(), 0.02 * (1.7 * n).sin(), 0.08 + 0.0005 * n)
-    });
     for each_drive in [false, true] {
         let drives = [
-            (bench.believed().excitation.clone(), places.clone().collect()),
-            (Excitation::Uniform, places.clone().collect()),
+            (bench.believed().excitation.clone(), places(120)),
+            (Excitation::Uniform, places(120)),
         ];
         let mut observations = bench.observations(&drives);
         let scan = &mut observations.scans[0];

@@ -172,3 +172,17 @@ fn a_far_set_is_not_hopeful_for_what_another_effect_saves_it() {
     let true_set = [EffectId::ElementGain, EffectId::StandingWave];
     assert!(fitted.iter().any(|set| set.fit.ids() == true_set && is_near(&set.fit, &observations)));
 }
+
+/// Of twelve sets the first five are kept by either estimate, and those within 80 nats of the best.
+#[test]
+fn sets_are_kept_that_are_hopeful_by_either_estimate() {
+    let kept = |log_evidence: f64, by_cost: f64| {
+        let estimate = |n: f64| Estimate { log_evidence: log_evidence * n, by_cost: by_cost * n };
+        let kept = are_kept(&(0..12).map(|n| estimate(f64::from(n))).collect::<Vec<_>>());
+        (0..12).filter(|&n| kept[n]).collect::<Vec<_>>()
+    };
+    assert_eq!(kept(-10.0, -100.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(kept(-100.0, -10.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(kept(-100.0, 50.0), [0, 1, 2, 3, 4, 7, 8, 9, 10, 11]);
+    assert!(are_kept(&[]).is_empty());
+}

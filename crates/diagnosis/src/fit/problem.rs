@@ -334,7 +334,7 @@ impl<'o> Problem<'o> {
         self.model(numbers).depends_on_arrival()
     }
 
-    /// How the pressure of each reading changes by the departures of single elements, one column for each number of [`Self::random_ranges`]: along the
+    /// How the pressure of each reading changes by the departures of single elements, one column for each number of [`Layout::random_ranges`]: along the
     /// pressure's own phase the real part, across it the imaginary one.
     pub fn pressures_by_elements(
         &self,

@@ -1,7 +1,7 @@
 //! From readings to a calibration.
 
 use crate::channels::channels;
-use crate::limits::ORDINARY_PHASE_RAD;
+use crate::limits::{ORDINARY_PHASE_RAD, UNEXPLAINED};
 use crate::model::{Model, Setting, Weights};
 use crate::readings::{CodedReadings, ReadingNoise};
 use crate::retrieval::{
@@ -217,6 +217,13 @@ fn ambiguities(
         };
         texts.push(format!(
             "{others} of {starts} further starts ended at another solution, {wording}."
+        ));
+    }
+    let left = found.chi_square.sqrt();
+    if left > UNEXPLAINED {
+        texts.push(format!(
+            "The fit leaves {left:.1} times the noise. Something in the readings is not in its model, and the state of any channel may be wrong: look for a \
+             wrong order of channels, an object near the array, or a receiver that was moved."
         ));
     }
     let unsure = channels.iter().filter(|channel| {

@@ -46,6 +46,33 @@ fn dead_reversed_and_swapped_channels_are_found_and_none_is_invented() {
     assert!(phase_deg < 3.0 && gain < 0.03, "{phase_deg} {gain}");
 }
 
+/// Weights of exchanged channels can come out ordinary (16, 47), or another pair is predicted to explain more (45).
+#[test]
+fn exchanged_channels_are_found_where_their_weights_do_not_show_it() {
+    for seed in [16, 45, 47] {
+        let (bench, found, _) = calibrated(6, 1, seed);
+        assert_eq!(bench.misjudged(&found), [0, 0], "{seed}");
+    }
+}
+
+#[test]
+fn a_fit_that_leaves_far_more_than_the_noise_says_so() {
+    let simulation = simulation(6);
+    let bench = Bench::draw(&simulation, 0, 2);
+    let places = candidates(&simulation.array);
+    let design = Design::choose(&simulation, &places, &[], 360, 2).expect("places");
+    let mut coded = bench.read(&simulation, &design, NOISE);
+    let is_said = |coded: &_| {
+        let found = calibrate(&simulation, coded, Options::default()).expect("enough");
+        found.ambiguities.iter().any(|text| text.contains("times the noise"))
+    };
+    assert!(!is_said(&coded));
+    // Readings under other drives than the record says.
+    let drives = coded.drives.len();
+    coded.readings.iter_mut().for_each(|reading| reading.drive = (reading.drive + 1) % drives);
+    assert!(is_said(&coded));
+}
+
 #[test]
 fn too_few_readings_and_another_array_are_refused() {
     let simulation = simulation(6);
@@ -67,4 +94,35 @@ fn a_large_array_with_many_faults_is_calibrated() {
     let [phase_deg, gain] = bench.errors(&found);
     assert!(phase_deg < 3.0 && gain < 0.03, "{phase_deg} {gain}");
     assert_eq!(bench.misjudged(&found), [0, 0]);
+}
+
+/// The accuracy that docs/calibration.md states for arrays of 256 elements, over 200 of them. Faults and set-ups differ from array to
+/// array; every array is fitted as `calibrate` does it.
+#[test]
+#[ignore = "an hour: 200 arrays of 256 elements"]
+fn faults_of_two_hundred_large_arrays_are_found_and_none_is_invented() {
+    const ARRAYS: u64 = 200;
+    /// Seeds from here on: no other test draws them.
+    const FIRST_SEED: u64 = 20_261_801;
+    let mut worst = [0.0_f64; 3];
+    let mut misjudged = Vec::new();
+    for n in 0..ARRAYS {
+        let faults = usize::try_from(n % 4).expect("small");
+        let (bench, found, gap) = calibrated(16, faults, FIRST_SEED + n);
+        let [phase_deg, gain] = bench.errors(&found);
+        let wrong = bench.misjudged(&found);
+        println!(
+            "{n} {faults} of each fault: phase {phase_deg:.3} deg, gain {gain:.4}, missed and invented {wrong:?}, gap {:.4} to {:.4}",
+            gap.before, gap.after
+        );
+        for (worst, value) in worst.iter_mut().zip([phase_deg, gain, gap.after / NOISE]) {
+            *worst = worst.max(value);
+        }
+        if wrong != [0, 0] {
+            misjudged.push((n, wrong));
+        }
+    }
+    println!("largest phase error, gain error and residual in units of the noise: {worst:?}");
+    assert_eq!(misjudged, [], "array, faults missed and invented");
+    assert!(worst[0] < 3.0 && worst[1] < 0.03, "{worst:?}");
 }

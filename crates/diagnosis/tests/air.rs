@@ -10,17 +10,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use piston::piston;
 use square_array::{NOISE, Scan, WAVENUMBER_RAD_M, named_alone, real};
 
+mod piston;
 mod square_array;
-
-/// What a piston sends to a place, its drive's phase left out: 2 J1(x)/x over the distance.
-fn piston(element: &Element, at: &Vec3) -> Complex64 {
-    let way = at - element.centre_m;
-    let x = WAVENUMBER_RAD_M * element.radius_m * way.xy().norm() / way.norm();
-    let lobe = if x < 1e-6 { 1.0 } else { 2.0 * libm::j1(x) / x };
-    Complex64::from_polar(lobe / way.norm(), WAVENUMBER_RAD_M * way.norm())
-}
 
 /// A wave after so much turbulence, rad over one metre of path, and absorption, dB/m: its phase is normal with a variance in proportion to its path.
 fn through_air(

@@ -13,7 +13,7 @@ use crate::model::observations::{Observations, ObservedScan};
 use crate::noise::judge::roughness;
 use crate::residual_structure::ResidualStructure;
 use crate::residual_structure::test::Test;
-use crate::statistics::reading_pairs::Level;
+use crate::statistics::reading_pairs::{Compression, Level};
 use crate::statistics::scatter::Scatter;
 
 /// The most noise that a record has, by the difference of two.
@@ -30,11 +30,12 @@ impl MostNoise {
             reading: gain * reading,
             by_turbulence: [0.0; 2],
             by_jitter: [0.0; 2],
+            compression: Compression::NONE,
         };
         let [of_a, of_b] = [a, b].map(|observations| &observations.scans[0]);
         let levels: Vec<Vec<Level>> =
             of_a.drives.iter().map(|drive| drive.readings.iter().map(expected).collect()).collect();
-        let (share, additive) = roughness(of_b, &levels)?;
+        let (share, additive) = roughness(of_b, &levels, false)?;
         // Half of the variance is that of each.
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let of = |size: f64| Self { share: share * half, additive: additive * half / size };

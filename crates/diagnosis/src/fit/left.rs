@@ -176,7 +176,9 @@ impl<'s> UnknownNoise<'s> {
         };
         let of_silence = match &self.dark {
             None => against_unusual(additive, self.usual_additive),
-            Some(dark) if self.scan.scatter.floor > 0.0 => dark.cost(additive, share),
+            Some(dark) if self.scan.scatter.floor > 0.0 => {
+                dark.cost(additive, self.scan.scatter.share_in_silence(share))
+            }
             Some(dark) => dark.cost_without_floor(additive),
         };
         -self.cells.iter().map(of_readings).sum::<f64>()

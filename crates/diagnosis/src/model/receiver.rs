@@ -5,10 +5,12 @@ use fieldgap_comparison::rice_mean;
 use super::effect::Expected;
 use super::forward_model::ForwardModel;
 use super::instance::Active;
-use super::observations::ObservedScan;
+use super::nuisance::Nuisance;
+use super::observations::{Observations, ObservedScan};
 use super::pressure::Pressure;
 use crate::limits::LEAST_VARIANCE_RATIO;
 use crate::statistics::detector::Detected;
+use crate::statistics::reading_pairs::Compression;
 
 /// The expected reading on the scan's noise scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -147,6 +149,33 @@ impl ForwardModel<'_> {
             input = output;
         }
         slope * input / reading
+    }
+
+    /// How far the detector compresses each reading, in the order of the observations; empty if it does not.
+    pub fn compressions(
+        &self,
+        observations: &Observations,
+        nuisance: &[Nuisance],
+    ) -> Vec<Compression> {
+        let compresses = |active: &&Active<'_>| {
+            active.effect.changes_scatter(active.setting())
+                && active.effect.floor(active.setting()) == 0.0
+        };
+        let compressing: Vec<&Active<'_>> = self.detector().filter(compresses).collect();
+        if compressing.is_empty() {
+            return Vec::new();
+        }
+        let of = |pressure: &Pressure| {
+            let level = level(pressure, 1.0).max(f64::MIN_POSITIVE);
+            let (mut slope, mut input) = (1.0, level);
+            for active in &compressing {
+                let output = active.effect.transfer(active.setting(), input);
+                slope *= active.effect.transfer_slope(input, output);
+                input = output;
+            }
+            Compression { slope, of_logarithms: slope * level / input }
+        };
+        self.levels(observations, nuisance).iter().map(of).collect()
     }
 
     fn floor(&self) -> f64 {

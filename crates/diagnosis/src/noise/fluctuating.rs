@@ -80,7 +80,7 @@ fn scored(readings: &[Pair], dark: &DarkReadings, steady: &Scatter) -> Scatter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statistics::reading_pairs::Level;
+    use crate::statistics::reading_pairs::{Compression, Detector, Level};
     use fieldgap_virtual_rig::counter_rng::CounterRng;
 
     const SHARE: f64 = 0.02;
@@ -94,9 +94,19 @@ mod tests {
             (0..64).map(|n| ADDITIVE * rng.normal(2 * n).hypot(rng.normal(2 * n + 1))).collect();
         let pairs = (0..5000u64).map(|n| {
             let reading = 0.08 * 12.5f64.powf(n as f64 / 5000.0);
-            let level = Level { reading, by_turbulence: [0.01; 2], by_jitter: [0.0; 2] };
+            let level = Level {
+                reading,
+                by_turbulence: [0.01; 2],
+                by_jitter: [0.0; 2],
+                compression: Compression::NONE,
+            };
             let variance = (SHARE * reading).powi(2) + ADDITIVE.powi(2) + 0.01 * turbulence.powi(2);
-            Pair::new(level, 1.0, 0.0, (2.0 * variance).sqrt() * rng.normal(1000 + n))
+            Pair::new(
+                level,
+                1.0,
+                Detector::STRAIGHT,
+                (2.0 * variance).sqrt() * rng.normal(1000 + n),
+            )
         });
         (pairs.collect(), DarkReadings::of(&dark, 1.0).expect("enough"))
     }

@@ -14,7 +14,7 @@ use crate::noise::fluctuating::fluctuating;
 use crate::noise::repeats::{full_scale, pairs_beside};
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::noise_scale::LEAST_SHARE;
-use crate::statistics::reading_pairs::{Level, Pair, cost};
+use crate::statistics::reading_pairs::{Detector, Level, Pair, cost};
 use crate::statistics::scatter::{Scatter, against_unusual};
 
 /// Prior of the proportional noise, in nats.
@@ -39,31 +39,43 @@ fn most_floor(dark: &DarkReadings, known: f64, additive: f64) -> f64 {
 pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatter {
     // A converter with coarse steps makes every dark reading zero.
     let largest = scan.drives.iter().flat_map(|d| &d.readings).fold(0.0f64, |a, r| a.max(*r));
-    let in_rows = roughness(scan, levels);
+    let in_rows = roughness(scan, levels, false);
     let rough = in_rows.unwrap_or((USUAL_PROPORTIONAL_NOISE, USUAL_ADDITIVE_NOISE.get() * largest));
     let lowest = (LEAST_ADDITIVE_NOISE * largest).max(f64::MIN_POSITIVE);
     let dark = scan.dark_readings();
     let unknown = DarkNoise::without_floor(rough.1);
     let mut known = dark.as_ref().map_or(unknown, |dark| dark.noise(USUAL_PROPORTIONAL_NOISE));
-    let mut pairs = pairs_beside(scan, levels, known.floor_after_noise());
+    let mut after_all_noise = false;
+    let detector = |floor: f64, after_all_noise: bool| Detector { floor, after_all_noise };
+    let mut pairs = pairs_beside(scan, levels, detector(known.floor_after_noise(), false));
     let beside_floor = known.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= FEWEST_REPEATS;
     if let Some(dark) = dark.as_ref().filter(|_| beside_floor) {
-        // Beside a floor, dark readings have proportional noise too, so both parts are found from dark readings and repeats together.
+        // Beside a floor, dark readings have proportional noise too, unless it comes in before the floor, so both parts are found from dark readings
+        // and repeats together.
         let most_share = (ROUGHNESS_FACTOR.get() * rough.0).max(10.0 * LEAST_SHARE);
-        let of = |additive: f64| {
-            least_positive(LEAST_SHARE, most_share, |share| {
-                cost(&pairs, share, additive, 0.0, Fluctuation::OfPaths)
-                    + dark.cost(additive, share)
-                    + against_share(share)
-            })
-        };
         let most = dark.floor_beside(0.0);
-        let (additive, _) = least_positive(1e-3 * most, 0.7 * most, |additive| of(additive).1);
-        let evidence = dark.noise(of(additive).0).evidence;
+        let beside = |pairs: &[Pair], in_silence: f64| {
+            let of = |additive: f64| {
+                least_positive(LEAST_SHARE, most_share, |share| {
+                    cost(pairs, share, additive, 0.0, Fluctuation::OfPaths)
+                        + dark.cost(additive, in_silence * share)
+                        + against_share(share)
+                })
+            };
+            let (additive, cost) =
+                least_positive(1e-3 * most, 0.7 * most, |additive| of(additive).1);
+            (additive, in_silence * of(additive).0, cost)
+        };
+        let pairs_of = |after_all| pairs_beside(scan, levels, detector(known.floor, after_all));
+        let [in_silence_too, before_floor] = [(false, 1.0), (true, 0.0)]
+            .map(|(after_all, share)| beside(&pairs_of(after_all), share));
+        after_all_noise = before_floor.2 < in_silence_too.2;
+        let (additive, share, _) = if after_all_noise { before_floor } else { in_silence_too };
+        let evidence = dark.noise(share).evidence;
         let floor = dark.floor_beside(additive);
         known = DarkNoise { additive, floor, evidence, before_noise: false };
-        pairs = pairs_beside(scan, levels, known.floor);
-        let after = pairs_beside(scan, levels, 0.0);
+        pairs = pairs_beside(scan, levels, detector(known.floor, after_all_noise));
+        let after = pairs_beside(scan, levels, Detector::STRAIGHT);
         let (additive, of_after) =
             least_positive(1e-3 * floor, floor, |additive| of_steady(&after, additive));
         // Readings that scatter near the floor as they do elsewhere have a noise of their own, which silence lacks, unless they fluctuate.
@@ -71,7 +83,17 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         let steady = of_steady(&pairs, known.additive) - FLUCTUATION_SHOWN.get();
         if of_after < steady.min(fluctuating) {
             known = DarkNoise { additive, before_noise: true, ..known };
+            after_all_noise = false;
             pairs = after;
+        }
+    }
+    if known.floor == 0.0 && pairs.len() >= FEWEST_REPEATS {
+        // Which noise comes in before a detector that compresses, repeats tell.
+        let other = pairs_beside(scan, levels, detector(0.0, true));
+        let [after, before] = [&pairs, &other].map(|pairs| of_steady(pairs, known.additive));
+        if before < after {
+            after_all_noise = true;
+            pairs = other;
         }
     }
     let additive = known.additive.max(lowest);
@@ -84,6 +106,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         most_jitter_mm: f64::INFINITY,
         floor: known.floor,
         floor_before_noise: known.before_noise,
+        detector_after_all_noise: after_all_noise,
         most_floor: dark
             .as_ref()
             .map_or(f64::INFINITY, |dark| most_floor(dark, known.floor, additive)),
@@ -120,6 +143,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     }
     // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
     // is less sensitive to them and bounds the result.
+    let in_rows = if after_all_noise { roughness(scan, levels, true) } else { in_rows };
     let most_share = in_rows.map_or(MOST_SHARE, |(share, _)| ROUGHNESS_FACTOR.get() * share);
     let steady_share = best_share(pairs, steady_additive, 0.0, Fluctuation::OfPaths).0;
     let (additive, share) = (steady_additive, steady_share.min(most_share));
@@ -178,6 +202,8 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
         return judged;
     }
     let full_scale = full_scale(scan);
+    let detector =
+        Detector { floor: judged.floor, after_all_noise: judged.detector_after_all_noise };
     let mut known: Vec<Pair> = Vec::new();
     for (drive, levels) in scan.drives.iter().zip(levels) {
         for ((reading, level), visit) in drive.readings.iter().zip(levels).zip(&drive.visits) {
@@ -186,7 +212,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
             }
             // The variance of a reading is half that of a difference of two.
             let difference = (2.0 / visit.variance).sqrt() * (reading - level.reading);
-            known.push(Pair::new(*level, scan.averaged, judged.floor, difference));
+            known.push(Pair::new(*level, scan.averaged, detector, difference));
         }
     }
     let steady = |pairs: &[Pair], share: f64, additive: f64| {
@@ -194,7 +220,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     };
     let against = |share: f64, additive: f64| {
         let of_silence = match judged.floor > 0.0 {
-            true => dark.cost(additive, share),
+            true => dark.cost(additive, judged.share_in_silence(share)),
             false => dark.cost_without_floor(additive),
         };
         steady(&judged.pairs, share, additive) + of_silence + against_share(share)
@@ -235,8 +261,12 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
 }
 
 /// Proportional and additive part from third differences of the residual along evenly spaced visits: the mean square of these is 20
-/// times the variance of white noise. `None` without such visits.
-pub(crate) fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> Option<(f64, f64)> {
+/// times the variance of white noise. `None` without such visits. Proportional noise may come in before the detector.
+pub(crate) fn roughness(
+    scan: &ObservedScan,
+    levels: &[Vec<Level>],
+    after_all_noise: bool,
+) -> Option<(f64, f64)> {
     /// Share of a step by which steps of a row may differ.
     const UNEVEN: f64 = 0.1;
     let full_scale = full_scale(scan);
@@ -258,7 +288,11 @@ pub(crate) fn roughness(scan: &ObservedScan, levels: &[Vec<Level>]) -> Option<(f
             let seen = drive.readings[i..i + 4].iter().all(|&reading| reading < full_scale);
             if even && seen {
                 let third = beyond(i + 3) - 3.0 * beyond(i + 2) + 3.0 * beyond(i + 1) - beyond(i);
-                let level = 0.5 * (levels[i + 1].reading + levels[i + 2].reading);
+                let scattered = |level: &Level| match after_all_noise {
+                    true => level.reading * level.compression.of_logarithms,
+                    false => level.reading,
+                };
+                let level = 0.5 * (scattered(&levels[i + 1]) + scattered(&levels[i + 2]));
                 known.push((level * level, third * third / (20.0 * drive.visits[i].variance)));
             }
         }

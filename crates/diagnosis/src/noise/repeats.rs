@@ -6,7 +6,7 @@ use fieldgap_comparison::USUAL_PROPORTIONAL_NOISE;
 
 use crate::limits::{FEWEST_REPEATS, READINGS_AT_FULL_SCALE};
 use crate::model::observations::{ObservedScan, Visit};
-use crate::statistics::reading_pairs::{Level, Pair};
+use crate::statistics::reading_pairs::{Detector, Level, Pair};
 
 /// Way along x after which play is taken up, m: that of belts and screws is below two millimetres.
 const TAKEN_UP_M: f64 = 2.5e-3;
@@ -18,7 +18,11 @@ const SHOWN: f64 = 4.0;
 ///
 /// Where the robot came from different sides play makes them differ, and that is no noise: if these differ clearly more than those that were
 /// approached alike, they are left out.
-pub(crate) fn pairs_beside(scan: &ObservedScan, levels: &[Vec<Level>], floor: f64) -> Vec<Pair> {
+pub(crate) fn pairs_beside(
+    scan: &ObservedScan,
+    levels: &[Vec<Level>],
+    detector: Detector,
+) -> Vec<Pair> {
     /// Nanometres within which two visits are of one point.
     const SAME_NM: f64 = 1e4;
     let full_scale = full_scale(scan);
@@ -43,7 +47,7 @@ pub(crate) fn pairs_beside(scan: &ObservedScan, levels: &[Vec<Level>], floor: f6
                     false => &mut otherwise,
                 };
                 of.push((pairs.len(), (difference / usual.max(f64::MIN_POSITIVE)).powi(2)));
-                pairs.push(Pair::new(level, scan.averaged, floor, difference));
+                pairs.push(Pair::new(level, scan.averaged, detector, difference));
             }
         }
     }
@@ -83,6 +87,7 @@ mod tests {
     use super::*;
     use crate::effects::testing::Bench;
     use crate::model::motion::Motion;
+    use crate::statistics::reading_pairs::Compression;
 
     /// Sixty places, each visited twice, every other from the same side; those from different sides differ by so much.
     fn pairs(by_side: f64) -> usize {
@@ -102,9 +107,10 @@ mod tests {
             reading: *reading,
             by_turbulence: [0.0; 2],
             by_jitter: [0.0; 2],
+            compression: Compression::NONE,
         };
         let even = vec![level(&1.0); 120];
-        pairs_beside(scan, &[even], 0.0).len()
+        pairs_beside(scan, &[even], Detector::STRAIGHT).len()
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::model::nuisance::Nuisance;
 use crate::model::observations::{Observations, ObservedDrive};
 use crate::model::pressure::Pressure;
 use crate::noise::judge::{judge_scatter, settled};
-use crate::statistics::reading_pairs::Level;
+use crate::statistics::reading_pairs::{Compression, Level};
 use crate::statistics::scatter::Scatter;
 
 /// Judges the scatter of every scan again, by the expected readings. If the model is `fitted`, its residuals are used too.
@@ -46,6 +46,7 @@ fn levels(
     let stirred = probed(EffectId::Turbulence, turbulence::OF_PATHS, &[TURBULENCE]);
     let shaken = probed(EffectId::PositionJitter, Choice::None, &[JITTER_MM2; 3]);
     let mut readings = model.expected_readings(observations, nuisance).into_iter();
+    let mut compressions = model.compressions(observations, nuisance).into_iter();
     let scans = observations.scans.iter().zip(nuisance).zip(stirred.iter().zip(&shaken));
     scans
         .map(|((scan, nuisance), (stirred, shaken))| {
@@ -60,6 +61,7 @@ fn levels(
                         reading,
                         by_turbulence: of_unit(stirred, TURBULENCE * TURBULENCE),
                         by_jitter: of_unit(shaken, JITTER_MM2),
+                        compression: compressions.next().unwrap_or(Compression::NONE),
                     }
                 };
                 visits.zip(stirred.iter().zip(shaken)).map(level).collect()

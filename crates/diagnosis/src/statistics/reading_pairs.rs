@@ -3,6 +3,32 @@
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::noise_scale::lost_with_mean;
 
+/// What of the detector changes how noise scatters a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Detector {
+    /// A floor that it adds in power after quadrature noise, in the reading's unit; zero for none.
+    pub floor: f64,
+    /// Whether noise in proportion to the level comes in before it too.
+    pub after_all_noise: bool,
+}
+
+impl Detector {
+    pub const STRAIGHT: Self = Self { floor: 0.0, after_all_noise: false };
+}
+
+/// How far a detector compresses a level. A floor is not part of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Compression {
+    /// Slope of the reading by the level.
+    pub slope: f64,
+    /// Slope of the reading's logarithm by that of the level.
+    pub of_logarithms: f64,
+}
+
+impl Compression {
+    pub const NONE: Self = Self { slope: 1.0, of_logarithms: 1.0 };
+}
+
 /// The level that a reading had before a floor was added in power.
 pub(crate) fn without_floor(reading: f64, floor: f64) -> f64 {
     (reading * reading - floor * floor).max(0.0).sqrt()
@@ -17,6 +43,7 @@ pub(crate) struct Level {
     pub by_turbulence: [f64; 2],
     /// The same for a scatter of the position of one millimetre along each axis.
     pub by_jitter: [f64; 2],
+    pub compression: Compression,
 }
 
 impl Level {
@@ -35,17 +62,25 @@ pub(crate) struct Pair {
     level: Level,
     /// Slope of the reading by the level before the floor was added; one without a floor.
     beside_floor: f64,
+    /// What the detector leaves of noise in proportion to the level, relative to the reading.
+    of_share: f64,
     averaged: f64,
     difference: f64,
 }
 
 impl Pair {
-    pub fn new(level: Level, averaged: f64, floor: f64, difference: f64) -> Self {
+    pub fn new(level: Level, averaged: f64, detector: Detector, difference: f64) -> Self {
+        let Detector { floor, after_all_noise } = detector;
         let beside_floor = match floor > 0.0 {
             true => without_floor(level.reading, floor) / level.reading.max(floor),
             false => 1.0,
         };
-        Self { level, beside_floor, averaged, difference }
+        // Of √(l² + f²) the slope of the logarithms is the square of that of the numbers.
+        let of_share = match after_all_noise {
+            true => level.compression.of_logarithms * beside_floor.powi(2),
+            false => 1.0,
+        };
+        Self { level, beside_floor, of_share, averaged, difference }
     }
 
     /// The square of the difference.
@@ -91,7 +126,9 @@ impl Pair {
         let quadrature =
             along + lost / lost_with_mean(0.0) * ((1.0 - lost_with_mean(0.0)) * mean - along);
         // A reading of the floor alone has nearly no scatter.
-        2.0 * (share2 * m2 + beside2 * quadrature).max(1e-6 * additive2)
+        let in_proportion = share2 * m2 * self.of_share * self.of_share;
+        let of_quadrature = beside2 * self.level.compression.slope.powi(2);
+        2.0 * (in_proportion + of_quadrature * quadrature).max(1e-6 * additive2)
     }
 }
 
@@ -115,8 +152,14 @@ mod tests {
     #[test]
     fn two_visits_that_read_nothing_or_the_floor_alone_leave_the_noise_a_number() {
         for floor in [0.0, 0.2] {
-            let level = Level { reading: floor, by_turbulence: [0.0; 2], by_jitter: [0.0; 2] };
-            let pair = Pair::new(level, 1.0, floor, 0.0);
+            let level = Level {
+                reading: floor,
+                by_turbulence: [0.0; 2],
+                by_jitter: [0.0; 2],
+                compression: Compression::NONE,
+            };
+            let detector = Detector { floor, after_all_noise: false };
+            let pair = Pair::new(level, 1.0, detector, 0.0);
             let cost = cost(&[pair], 0.0, 0.1, 0.0, Fluctuation::OfPaths);
             assert!(cost.is_finite(), "{floor}: {cost}");
         }

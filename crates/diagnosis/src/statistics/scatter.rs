@@ -2,7 +2,8 @@
 //!
 //! A level m reads |m + b (n₁ + i n₂)| (1 + a n₀) with standard normal n, so that a dark reading has Rayleigh's distribution and a
 //! strong signal scatters by √(a² m² + b²). A floor that the detector adds in power makes √(reading² + floor²) of it before
-//! the proportional noise: beside a floor quadrature noise is reduced, proportional noise is not.
+//! the proportional noise, or after it: beside a floor quadrature noise is reduced, and proportional noise only if it comes in before. The same
+//! holds of a detector that compresses.
 
 use std::sync::Arc;
 
@@ -29,6 +30,9 @@ pub(crate) struct Scatter {
     pub floor: f64,
     /// Whether noise comes in after the floor: it then scatters readings of the floor as it does others.
     pub floor_before_noise: bool,
+    /// Whether noise in proportion to the level comes in before the detector, which then reduces it: silence lacks it, and compressed readings
+    /// have less of it.
+    pub detector_after_all_noise: bool,
     /// The largest floor that dark readings allow: nothing can read less than the floor.
     pub most_floor: f64,
     /// By how much dark readings prefer that floor to none, in nats.
@@ -50,6 +54,7 @@ impl Default for Scatter {
             most_jitter_mm: f64::INFINITY,
             floor: 0.0,
             floor_before_noise: false,
+            detector_after_all_noise: false,
             most_floor: f64::INFINITY,
             floor_evidence: 0.0,
             pairs: Arc::new([]),
@@ -72,6 +77,11 @@ impl Scatter {
     /// The squares of share, additive part and fluctuation.
     pub fn squares(&self) -> [f64; 3] {
         [self.share, self.additive, self.fluctuation].map(|root| root * root)
+    }
+
+    /// Noise in proportion to the level that silent readings have, of this share.
+    pub fn share_in_silence(&self, share: f64) -> f64 {
+        if self.detector_after_all_noise { 0.0 } else { share }
     }
 
     /// The same with its proportional and its additive noise larger by a factor.

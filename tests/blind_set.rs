@@ -53,6 +53,47 @@ fn a_set_is_made_scored_and_refused_after_a_change() {
     assert!(!good && error.contains("is not empty"), "{error}");
 }
 
+/// A scan of another program, and answers that are not its own.
+#[test]
+fn answers_of_another_program_are_sealed_and_wrong_ones_refused() {
+    let home = tempfile::tempdir().expect("a folder");
+    let (set, file) = (home.path().join("set"), home.path().join("answers.json"));
+    let (set_name, file_name) = (set.to_str().expect("text"), file.to_str().expect("text"));
+    std::fs::create_dir_all(set.join("a")).expect("made");
+    std::fs::write(set.join("a/scan.toml"), "format = 1\n").expect("written");
+    let seal = |name: &str, category: &str, effects: &str, gaps: &str| {
+        let answers = format!(
+            r#"{{"format":1,"seed":7,"answers":[{{"name":"{name}","category":"{category}","effects":{effects},"parameters":{{}},
+            "gap_sigma":2.0,"gaps_alone_sigma":{gaps},"elements":null,"noise":[0.02,0.004],"peak_v":1.0}}]}}"#
+        );
+        std::fs::write(&file, answers).expect("written");
+        blind(&["seal", set_name, file_name])
+    };
+    for (name, category, effects, gaps, said) in [
+        ("b", "one", r#"["pitch"]"#, "[2.0]", "b: there is no such scan"),
+        ("../a", "one", r#"["pitch"]"#, "[2.0]", "no name of a folder"),
+        ("a", "two", r#"["pitch"]"#, "[2.0]", "1 effects do not fit"),
+        ("a", "one", r#"["gremlins"]"#, "[2.0]", "no effect `gremlins`"),
+        ("a", "one", r#"["pitch"]"#, "[]", "0 numbers for 1 effects"),
+    ] {
+        let (good, _, error) = seal(name, category, effects, gaps);
+        assert!(!good && error.contains(said), "{error}");
+        assert!(!set.join("answers.sealed").exists());
+    }
+    std::fs::create_dir(set.join("b")).expect("made");
+    std::fs::write(set.join("b/scan.toml"), "format = 1\n").expect("written");
+    let (good, _, error) = seal("a", "one", r#"["pitch"]"#, "[2.0]");
+    assert!(!good && error.contains("b has no answer"), "{error}");
+    std::fs::remove_dir_all(set.join("b")).expect("removed");
+
+    let (good, said, error) = seal("a", "one", r#"["pitch"]"#, "[2.0]");
+    assert!(good && said.starts_with("commitment "), "{error}");
+    let (good, said, error) = blind(&["open", set_name]);
+    assert!(good && said.contains("\"pitch\""), "{error}");
+    let (good, _, error) = seal("a", "one", r#"["pitch"]"#, "[2.0]");
+    assert!(!good && error.contains("answers.sealed exists already"), "{error}");
+}
+
 /// Diagnoses that are there from a run that was stopped are kept; the others are made.
 #[test]
 fn limits_are_halved_and_doubled() {

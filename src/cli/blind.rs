@@ -14,7 +14,7 @@ use super::output::{print, print_json, report_error, say};
 use super::progress::counting_bar;
 use fieldgap_acoustics::Simulator;
 use fieldgap_blind::{
-    LOOP_PLAN, Run, Score, Seal, SetToMake, Shares, Worlds, fresh_seed, seal_truth,
+    LOOP_PLAN, Run, Score, Seal, SetToMake, Shares, Worlds, foreign_answers, fresh_seed, seal_truth,
 };
 use fieldgap_diagnosis::diagnose;
 use fieldgap_input::Fraction;
@@ -33,6 +33,8 @@ pub(super) struct Blind {
 enum Step {
     /// Make a set of scans, and seal their causes
     Make(Make),
+    /// Seal the answers to scans that another program made
+    Seal(SealAnswers),
     /// Diagnose every scan of a folder, without opening the seal
     Run(RunSet),
     /// Open the seal and compare the diagnoses with the true causes
@@ -94,6 +96,17 @@ enum WorldName {
     Bench,
     /// Each scan in another laboratory
     Laboratories,
+}
+
+#[derive(Debug, Args)]
+struct SealAnswers {
+    /// The folder that contains the folders of recorded scans
+    folder: PathBuf,
+    /// Their true causes as JSON, as `blind open` prints them; delete the file, or keep it elsewhere
+    answers: PathBuf,
+    /// Where the key is written [default: answers.key in the folder]
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -162,6 +175,7 @@ impl Blind {
     pub(super) fn run(self) -> miette::Result<ExitCode> {
         match self.step {
             Step::Make(make) => make.run(),
+            Step::Seal(seal) => seal.run(),
             Step::Run(run) => run.run(),
             Step::Score(score) => score.run(),
             Step::Vary(vary) => vary.run(),
@@ -220,6 +234,16 @@ impl Make {
             whole_bench: self.whole_bench.unwrap_or(usual.whole_bench),
             unmodelled: self.outside.unwrap_or(usual.unmodelled),
         }
+    }
+}
+
+impl SealAnswers {
+    fn run(self) -> miette::Result<ExitCode> {
+        let seal = Seal::of(&self.folder, self.key.as_deref());
+        seal.is_open()?;
+        let commitment = seal.close(&foreign_answers(&self.answers, &self.folder)?)?;
+        print(&format!("commitment {commitment}\n"))?;
+        Ok(ExitCode::SUCCESS)
     }
 }
 

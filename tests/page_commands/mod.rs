@@ -152,7 +152,7 @@ fn invocation(command: &str, fieldgap: fn(Vec<String>) -> What) -> Option<What> 
         ["cargo", "bench", ..] => after("--bench").map(What::Bench),
         ["cargo", ..] => None,
         // What these do is the business of .ci/python itself.
-        ["pip", "install", ..] | [".ci/python"] => None,
+        ["pip", "install", ..] | [".ci/python"] | ["python", ..] => None,
         // Needs another computer.
         ["ssh", ..] => None,
         other => panic!("a command of an unknown kind: {other:?}"),

@@ -22,6 +22,10 @@ pub enum BlindError {
     #[error("{} exists already and is not overwritten", .0.display())]
     #[diagnostic(help("name another file with --out, or move that one away"))]
     SealedExists(PathBuf),
+    /// A set is sealed already.
+    #[error("{} exists already: the answers to these scans are sealed", .0.display())]
+    #[diagnostic(help("open them with their key, or copy the scans into a folder of their own"))]
+    AlreadySealed(PathBuf),
     /// A name without the ending of a sealed file.
     #[error("{} does not have the name of a sealed file", .0.display())]
     #[diagnostic(help("let the name end in .sealed"))]
@@ -92,6 +96,17 @@ pub enum BlindError {
         source: serde_json::Error,
         /// The remedy.
         help: &'static str,
+    },
+    /// Answers that are not those of the scans.
+    #[error("{}: {why}", path.display())]
+    #[diagnostic(help(
+        "each scan of the folder needs one answer, as `fieldgap blind open` prints them; correct the file and seal again"
+    ))]
+    WrongAnswers {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with the scan at fault.
+        why: String,
     },
     /// A folder without scans.
     #[error("no folder in {} holds a scan.toml", .0.display())]

@@ -33,6 +33,8 @@
 //! diagnosis is thus not the one that made them. All effects are equally often. The logarithm of their gap is uniform. The
 //! simulator's own defects (`phase-plane`, `on-axis-unit`) are in no set: they arise only with the simulator as it was written.
 //!
+//! Scans of another program are sealed with the answers that it gives: [`foreign_answers()`]. They tell what holds outside of the models here.
+//!
 //! Apart from sets, [`seal_truth()`] encrypts the truth file of a virtual rig, so that its cause is withheld.
 
 mod answer;
@@ -40,6 +42,7 @@ mod assignment;
 mod catalogue;
 mod causes;
 mod error;
+mod foreign_answers;
 mod kinematics;
 mod laboratory;
 mod make;
@@ -63,6 +66,7 @@ mod world;
 pub use answer::{Answer, Answers, Imperfections};
 pub use assignment::{Category, Shares};
 pub use error::BlindError;
+pub use foreign_answers::foreign_answers;
 pub use make::{SetToMake, Worlds};
 pub use parsed_diagnosis::{
     ParsedCandidate, ParsedDiagnosis, ParsedMeasurement, ParsedParameter, ParsedVerdict,

@@ -63,10 +63,26 @@ impl Seal {
         if std::fs::read_dir(&self.set).is_ok_and(|mut entries| entries.next().is_some()) {
             return Err(BlindError::Occupied(self.set.clone()));
         }
-        if self.key.exists() {
-            return Err(BlindError::KeyExists(self.key.clone()));
+        self.has_no_key()
+    }
+
+    /// Checks that the scans of the folder are not sealed yet.
+    ///
+    /// # Errors
+    /// [`BlindError::AlreadySealed`], [`BlindError::KeyExists`].
+    pub fn is_open(&self) -> Result<(), BlindError> {
+        let sealed = self.set.join(SEALED);
+        if sealed.exists() {
+            return Err(BlindError::AlreadySealed(sealed));
         }
-        Ok(())
+        self.has_no_key()
+    }
+
+    fn has_no_key(&self) -> Result<(), BlindError> {
+        match self.key.exists() {
+            true => Err(BlindError::KeyExists(self.key.clone())),
+            false => Ok(()),
+        }
     }
 
     /// Seals the answers to the scans in the set's folder under a new key, and returns the commitment.

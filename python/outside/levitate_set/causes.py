@@ -56,8 +56,12 @@ def tilted(truth, about_x, about_y):
 
 
 def bowed(truth, sagitta_mm):
-    square = (truth.elements_m[:2] ** 2).sum(axis=0)
-    truth.elements_m[2] += 1e-3 * sagitta_mm * square / square.max()
+    """A bowl: the elements stand on it and face away from it."""
+    flat = truth.elements_m[:2]
+    curvature = 2e-3 * sagitta_mm / (flat**2).sum(axis=0).max()
+    truth.elements_m[2] += 0.5 * curvature * (flat**2).sum(axis=0)
+    normals = np.vstack([truth.normals[:2] - curvature * flat, truth.normals[2:]])
+    truth.normals = normals / np.linalg.norm(normals, axis=0)
 
 
 def drifted(truth, relative):

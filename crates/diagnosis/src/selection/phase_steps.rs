@@ -46,7 +46,7 @@ impl QuickScores<'_> {
     /// The best zeros for a number of steps by these readings, a common one or one for each drive, with their penalised cost.
     fn zeros(
         &self,
-        readings: &[ChangedReadings],
+        readings: &[ChangedReadings<'_>],
         steps: u32,
         turned: &[TurnedDrive],
     ) -> (f64, Choice) {
@@ -84,7 +84,7 @@ impl QuickScores<'_> {
     fn zero_of(
         &self,
         drive: &ScoredDrive,
-        readings: &ChangedReadings,
+        readings: &ChangedReadings<'_>,
         steps: u32,
         turned: Option<&TurnedDrive>,
     ) -> u16 {
@@ -156,7 +156,7 @@ impl QuickScores<'_> {
     }
 
     /// The cost of steps, by some readings.
-    fn quick_cost_of_steps(&self, readings: &[ChangedReadings], choice: &Choice) -> f64 {
+    fn quick_cost_of_steps(&self, readings: &[ChangedReadings<'_>], choice: &Choice) -> f64 {
         let mut sums = CostByGain::default();
         for (readings, turns) in readings.iter().zip(self.turns_of_steps(choice)) {
             readings.add_to(&mut sums, readings.change(&turns).into_iter());

@@ -28,8 +28,8 @@ pub(crate) struct QuickScores<'o> {
     /// The first comparison uses one reading in this many.
     pub(super) stride: usize,
     /// These readings, drive by drive, and all of them.
-    few: OnceLock<Vec<ChangedReadings>>,
-    all: OnceLock<Vec<ChangedReadings>>,
+    few: OnceLock<Vec<ChangedReadings<'o>>>,
+    all: OnceLock<Vec<ChangedReadings<'o>>>,
 }
 
 /// A drive, with what its elements add to its readings.
@@ -127,16 +127,16 @@ impl<'o> QuickScores<'o> {
     }
 
     /// The readings of every drive that the first comparison uses.
-    pub(super) fn few(&self) -> &[ChangedReadings] {
+    pub(super) fn few(&self) -> &[ChangedReadings<'_>] {
         self.few.get_or_init(|| self.changed_readings(self.stride))
     }
 
     /// All readings of every drive.
-    pub(super) fn all(&self) -> &[ChangedReadings] {
+    pub(super) fn all(&self) -> &[ChangedReadings<'_>] {
         self.all.get_or_init(|| self.changed_readings(1))
     }
 
-    fn changed_readings(&self, stride: usize) -> Vec<ChangedReadings> {
+    fn changed_readings(&self, stride: usize) -> Vec<ChangedReadings<'o>> {
         let of_drive = |drive: &ScoredDrive| {
             let scan = &self.observations.scans[drive.scan];
             let mut slopes = Vec::new();
@@ -147,7 +147,8 @@ impl<'o> QuickScores<'o> {
             let contributions = drive.contributions.iter().map(few).collect();
             ChangedReadings::of(
                 slopes.into_iter().zip(deviations),
-                scan.scatter.share,
+                &scan.scale,
+                self.fit.nuisance[drive.scan].log_gain.exp(),
                 contributions,
             )
         };

@@ -20,7 +20,7 @@ use fieldgap_acoustics::least_squares::{Linearisation, dot};
 /// of 36 with one exchange, a dead and a reversed channel, the hardest needed 57.
 const TRIED_BY_ELEMENTS: usize = 3600;
 
-/// The fewest such fits of a large array, where one takes a second.
+/// The fewest such fits of a large array, where each takes long.
 const FEWEST_TRIED: usize = 10;
 
 /// The model with the channels that were exchanged, and its weights. `found` are those of the model with its present wiring.

@@ -54,6 +54,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         // and repeats together.
         let most_share = (ROUGHNESS_FACTOR.get() * rough.0).max(10.0 * LEAST_SHARE);
         let most = dark.floor_beside(0.0);
+        // Additive part, proportional part that silence shows, and cost; silence has so much of the proportional part.
         let beside = |pairs: &[Pair], in_silence: f64| {
             let of = |additive: f64| {
                 least_positive(LEAST_SHARE, most_share, |share| {

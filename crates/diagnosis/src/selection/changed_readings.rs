@@ -99,7 +99,7 @@ mod tests {
     use crate::selection::quick_scores::QuickScores;
     use crate::statistics::scatter::Scatter;
 
-    /// A silenced, a reversed and a weak element, and all elements turned by up to half of a quarter turn, in a focus and beside it.
+    /// A silenced, a reversed and a weak element, and all elements turned by up to an eighth of a turn, in a focus and beside it.
     #[test]
     fn large_changes_cost_what_the_receiver_makes_of_them() {
         let bench = Bench::new();

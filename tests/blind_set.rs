@@ -73,8 +73,9 @@ fn answers_of_another_program_are_sealed_and_wrong_ones_refused() {
         ("b", "one", r#"["pitch"]"#, "[2.0]", "b: there is no such scan"),
         ("../a", "one", r#"["pitch"]"#, "[2.0]", "no name of a folder"),
         ("a", "two", r#"["pitch"]"#, "[2.0]", "1 effects do not fit"),
-        ("a", "one", r#"["gremlins"]"#, "[2.0]", "no effect `gremlins`"),
+        ("a", "one", r#"["gremlins"]"#, "[2.0]", "`gremlins` is no effect"),
         ("a", "one", r#"["pitch"]"#, "[]", "0 numbers for 1 effects"),
+        ("a", "whole-bench", r#"["pitch","skew","lag","flow"]"#, "[]", "`dominant` names none"),
     ] {
         let (good, _, error) = seal(name, category, effects, gaps);
         assert!(!good && error.contains(said), "{error}");

@@ -60,6 +60,10 @@ fn fault_of(answer: &Answer) -> Option<String> {
     if !fits {
         return Some(format!("{count} effects do not fit its category"));
     }
+    let dominates = |dominant: &String| answer.effects.contains(dominant);
+    if answer.category == Category::WholeBench && !answer.dominant.as_ref().is_some_and(dominates) {
+        return Some("`dominant` names none of its effects".to_owned());
+    }
     if answer.gaps_alone_sigma.len() != count {
         return Some(format!(
             "`gaps_alone_sigma` has {} numbers for {count} effects",
@@ -69,6 +73,6 @@ fn fault_of(answer: &Answer) -> Option<String> {
     let unknown = answer.effects.iter().find(|effect| !catalogue::IDS.contains(&effect.as_str()));
     match (answer.category, unknown) {
         (Category::Unmodelled, _) | (_, None) => None,
-        (_, Some(effect)) => Some(format!("the catalogue has no effect `{effect}`")),
+        (_, Some(effect)) => Some(format!("`{effect}` is no effect that sets can have")),
     }
 }

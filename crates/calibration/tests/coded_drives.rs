@@ -3,8 +3,11 @@
 
 mod support;
 
+use fieldgap_acoustics::Simulation;
 use fieldgap_calibration::design::{Design, candidates};
-use fieldgap_calibration::{Calibration, CalibrationError, Options, calibrate, verification};
+use fieldgap_calibration::{
+    Calibration, CalibrationError, CodedReadings, Options, calibrate, verification,
+};
 use support::{Bench, simulation};
 
 /// Noise of a reading, relative.
@@ -46,6 +49,13 @@ fn dead_reversed_and_swapped_channels_are_found_and_none_is_invented() {
     assert!(phase_deg < 3.0 && gain < 0.03, "{phase_deg} {gain}");
 }
 
+/// So many readings of an ordinary array.
+fn read(simulation: &Simulation, readings: usize) -> CodedReadings {
+    let places = candidates(&simulation.array);
+    let design = Design::choose(simulation, &places, &[], readings, 1).expect("places");
+    Bench::draw(simulation, 0, 1).read(simulation, &design, NOISE)
+}
+
 /// Weights of exchanged channels can come out ordinary (16, 47), or another pair is predicted to explain more (45).
 #[test]
 fn exchanged_channels_are_found_where_their_weights_do_not_show_it() {
@@ -58,10 +68,7 @@ fn exchanged_channels_are_found_where_their_weights_do_not_show_it() {
 #[test]
 fn a_fit_that_leaves_far_more_than_the_noise_says_so() {
     let simulation = simulation(6);
-    let bench = Bench::draw(&simulation, 0, 2);
-    let places = candidates(&simulation.array);
-    let design = Design::choose(&simulation, &places, &[], 360, 2).expect("places");
-    let mut coded = bench.read(&simulation, &design, NOISE);
+    let mut coded = read(&simulation, 360);
     let is_said = |coded: &_| {
         let found = calibrate(&simulation, coded, Options::default()).expect("enough");
         found.ambiguities.iter().any(|text| text.contains("times the noise"))
@@ -76,10 +83,7 @@ fn a_fit_that_leaves_far_more_than_the_noise_says_so() {
 #[test]
 fn too_few_readings_and_another_array_are_refused() {
     let simulation = simulation(6);
-    let bench = Bench::draw(&simulation, 0, 1);
-    let places = candidates(&simulation.array);
-    let design = Design::choose(&simulation, &places, &[], 70, 1).expect("places");
-    let coded = bench.read(&simulation, &design, NOISE);
+    let coded = read(&simulation, 70);
     let refused = calibrate(&simulation, &coded, Options::default()).expect_err("too few");
     assert_eq!(refused, CalibrationError::TooFew { readings: 70, elements: 36 });
     let other = support::simulation(5);

@@ -138,17 +138,25 @@ impl ForwardModel<'_> {
         if level <= 0.0 {
             return 0.0;
         }
+        let (slope, output) = self.slope_and_output(level, Some(reading));
+        slope * output / reading
+    }
+
+    /// The slope by the level of what amplifier and detector make of it, and that itself. What adds a floor makes this reading of a level, and is left out
+    /// without one.
+    fn slope_and_output(&self, level: f64, beside_floor: Option<f64>) -> (f64, f64) {
         let (mut slope, mut input) = (1.0, level);
         for active in self.detector() {
             let setting = active.setting();
-            let output = match active.effect.floor(setting) > 0.0 {
-                true => reading,
-                false => active.effect.transfer(setting, input),
+            let output = match (active.effect.floor(setting) > 0.0, beside_floor) {
+                (true, Some(reading)) => reading,
+                (true, None) => continue,
+                (false, _) => active.effect.transfer(setting, input),
             };
             slope *= active.effect.transfer_slope(input, output);
             input = output;
         }
-        slope * input / reading
+        (slope, input)
     }
 
     /// How far the detector compresses each reading, in the order of the observations; empty if it does not.
@@ -157,23 +165,13 @@ impl ForwardModel<'_> {
         observations: &Observations,
         nuisance: &[Nuisance],
     ) -> Vec<Compression> {
-        let compresses = |active: &&Active<'_>| {
-            active.effect.changes_scatter(active.setting())
-                && active.effect.floor(active.setting()) == 0.0
-        };
-        let compressing: Vec<&Active<'_>> = self.detector().filter(compresses).collect();
-        if compressing.is_empty() {
+        if self.detector().all(|active| active.effect.floor(active.setting()) > 0.0) {
             return Vec::new();
         }
         let of = |pressure: &Pressure| {
             let level = level(pressure, 1.0).max(f64::MIN_POSITIVE);
-            let (mut slope, mut input) = (1.0, level);
-            for active in &compressing {
-                let output = active.effect.transfer(active.setting(), input);
-                slope *= active.effect.transfer_slope(input, output);
-                input = output;
-            }
-            Compression { slope, of_logarithms: slope * level / input }
+            let (slope, output) = self.slope_and_output(level, None);
+            Compression { slope, of_logarithms: slope * level / output }
         };
         self.levels(observations, nuisance).iter().map(of).collect()
     }

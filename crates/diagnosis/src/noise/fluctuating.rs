@@ -104,7 +104,7 @@ mod tests {
             Pair::new(
                 level,
                 1.0,
-                Detector::STRAIGHT,
+                Detector::default(),
                 (2.0 * variance).sqrt() * rng.normal(1000 + n),
             )
         });

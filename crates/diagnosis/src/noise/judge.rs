@@ -14,7 +14,7 @@ use crate::noise::fluctuating::fluctuating;
 use crate::noise::repeats::{full_scale, pairs_beside};
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::noise_scale::LEAST_SHARE;
-use crate::statistics::reading_pairs::{Detector, Level, Pair, cost};
+use crate::statistics::reading_pairs::{Compression, Detector, Level, Pair, cost};
 use crate::statistics::scatter::{Scatter, against_unusual};
 
 /// Prior of the proportional noise, in nats.
@@ -46,8 +46,10 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let unknown = DarkNoise::without_floor(rough.1);
     let mut known = dark.as_ref().map_or(unknown, |dark| dark.noise(USUAL_PROPORTIONAL_NOISE));
     let mut after_all_noise = false;
-    let detector = |floor: f64, after_all_noise: bool| Detector { floor, after_all_noise };
-    let mut pairs = pairs_beside(scan, levels, detector(known.floor_after_noise(), false));
+    let pairs_by = |floor: f64, after_all_noise: bool| {
+        pairs_beside(scan, levels, Detector { floor, after_all_noise })
+    };
+    let mut pairs = pairs_by(known.floor_after_noise(), false);
     let beside_floor = known.floor > 0.0 && scan.averaged == 1.0 && pairs.len() >= FEWEST_REPEATS;
     if let Some(dark) = dark.as_ref().filter(|_| beside_floor) {
         // Beside a floor, dark readings have proportional noise too, unless it comes in before the floor, so both parts are found from dark readings
@@ -67,16 +69,15 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
                 least_positive(1e-3 * most, 0.7 * most, |additive| of(additive).1);
             (additive, in_silence * of(additive).0, cost)
         };
-        let pairs_of = |after_all| pairs_beside(scan, levels, detector(known.floor, after_all));
-        let [in_silence_too, before_floor] = [(false, 1.0), (true, 0.0)]
-            .map(|(after_all, share)| beside(&pairs_of(after_all), share));
+        let in_silence_too = beside(&pairs, 1.0);
+        let before_floor = beside(&pairs_by(known.floor, true), 0.0);
         after_all_noise = before_floor.2 < in_silence_too.2;
         let (additive, share, _) = if after_all_noise { before_floor } else { in_silence_too };
         let evidence = dark.noise(share).evidence;
         let floor = dark.floor_beside(additive);
         known = DarkNoise { additive, floor, evidence, before_noise: false };
-        pairs = pairs_beside(scan, levels, detector(known.floor, after_all_noise));
-        let after = pairs_beside(scan, levels, Detector::STRAIGHT);
+        pairs = pairs_by(known.floor, after_all_noise);
+        let after = pairs_by(0.0, false);
         let (additive, of_after) =
             least_positive(1e-3 * floor, floor, |additive| of_steady(&after, additive));
         // Readings that scatter near the floor as they do elsewhere have a noise of their own, which silence lacks, unless they fluctuate.
@@ -88,9 +89,10 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
             pairs = after;
         }
     }
-    if known.floor == 0.0 && pairs.len() >= FEWEST_REPEATS {
+    let compresses = levels.iter().flatten().any(|level| level.compression != Compression::NONE);
+    if compresses && known.floor == 0.0 && pairs.len() >= FEWEST_REPEATS {
         // Which noise comes in before a detector that compresses, repeats tell.
-        let other = pairs_beside(scan, levels, detector(0.0, true));
+        let other = pairs_by(0.0, true);
         let [after, before] = [&pairs, &other].map(|pairs| of_steady(pairs, known.additive));
         if before < after {
             after_all_noise = true;

@@ -110,7 +110,7 @@ mod tests {
             compression: Compression::NONE,
         };
         let even = vec![level(&1.0); 120];
-        pairs_beside(scan, &[even], Detector::STRAIGHT).len()
+        pairs_beside(scan, &[even], Detector::default()).len()
     }
 
     #[test]

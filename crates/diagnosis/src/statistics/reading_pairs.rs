@@ -3,17 +3,13 @@
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::noise_scale::lost_with_mean;
 
-/// What of the detector changes how noise scatters a reading.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What of the detector changes how noise scatters a reading; by default nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Detector {
     /// A floor that it adds in power after quadrature noise, in the reading's unit; zero for none.
     pub floor: f64,
     /// Whether noise in proportion to the level comes in before it too.
     pub after_all_noise: bool,
-}
-
-impl Detector {
-    pub const STRAIGHT: Self = Self { floor: 0.0, after_all_noise: false };
 }
 
 /// How far a detector compresses a level. A floor is not part of it.

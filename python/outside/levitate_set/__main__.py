@@ -8,6 +8,8 @@ receiver and the noise are written here. Run it after `pip install levitate "sci
     fieldgap blind run sets/levitate
     fieldgap blind score sets/levitate
 
+With `--varied`, scans are of many kinds, elements radiate otherwise than pistons too, and more causes act.
+
 A tenth of the scans has no cause, a fifth two, a fifth one that the catalogue does not have, the rest one. Of a cause with a size, the
 size makes a gap that is uniform in its logarithm from 0.3 to 8 standard deviations of a reading's noise.
 """
@@ -22,6 +24,8 @@ import numpy as np
 from causes import CATALOGUE, OUTSIDE, WITHOUT_SIZE
 from laboratory import Laboratory
 from truth import Truth
+from varied import VariedLaboratory
+from varied_causes import AIR_AND_RECEIVER, MIRRORS, VARIED
 
 GAPS_SIGMA = (0.3, 8.0)
 # How well careful labs set the robot's origin, standard deviation along each axis.
@@ -74,10 +78,10 @@ def sized(laboratory, act, target, believed):
     return low, gap(low)
 
 
-def drawn(random):
+def drawn(random, catalogue):
     """Category and causes of a scan."""
     kind = random.random()
-    names = list(CATALOGUE)
+    names = list(catalogue)
     if kind < 0.1:
         return "none", []
     if kind < 0.3:
@@ -87,10 +91,17 @@ def drawn(random):
     return "one", [str(random.choice(names))]
 
 
-def one(folder, name, random):
+def fits(cause, others):
+    """Whether levitate can make a cause beside these: it gives the sum of direct path and images, and what acts on a path acts on one of them."""
+    on_paths = [name for name in [cause, *others] if name in AIR_AND_RECEIVER]
+    return cause not in others and not (on_paths and any(name in MIRRORS for name in [cause, *others]))
+
+
+def one(folder, name, random, varied):
     """Writes a scan, and returns its answer."""
-    laboratory = Laboratory(random)
-    category, names = drawn(random)
+    catalogue = CATALOGUE | VARIED if varied else CATALOGUE
+    laboratory = (VariedLaboratory if varied else Laboratory)(random)
+    category, names = drawn(random, catalogue)
     believed = Believed(laboratory)
     peak = believed.peak
     least = 0.5 if category == "two" else GAPS_SIGMA[0]
@@ -99,11 +110,13 @@ def one(folder, name, random):
         target = math.exp(random.uniform(math.log(least), math.log(GAPS_SIGMA[1])))
         gap = 0.0
         while gap < 0.9 * least:
-            describe, act = (CATALOGUE | OUTSIDE)[cause](laboratory, random)
+            describe, act = (catalogue | OUTSIDE)[cause](laboratory, random)
             size, gap = sized(laboratory, act, math.inf if cause in WITHOUT_SIZE else target, believed)
-            if gap < 0.9 * least and category in ("one", "two"):
-                # Here this cause makes less than that at its largest.
-                cause = str(random.choice([name for name in CATALOGUE if name not in names]))
+            others = names[:number] + names[number + 1 :]
+            if category in ("one", "two") and (gap < 0.9 * least or not fits(cause, others)):
+                # Here this cause makes less than that at its largest, or cannot be made.
+                gap = 0.0
+                cause = str(random.choice([name for name in catalogue if name not in names]))
                 names[number] = cause
         acting.append((act, size))
         gaps.append(gap)
@@ -121,8 +134,11 @@ def one(folder, name, random):
     # Volts: the largest expected reading is one.
     levels = truth.readings(pressures, noisy) / peak
     dark = truth.readings(quadratures(DARK_READINGS)) / peak
-    write(folder / name, name, laboratory, levels, dark)
-    in_order = sorted(range(len(names)), key=lambda n: list(CATALOGUE | OUTSIDE).index(names[n]))
+    phases_rad = None
+    if getattr(laboratory, "reference_rad", None) is not None:
+        phases_rad = np.angle(noisy(pressures)) + laboratory.reference_rad
+    write(folder / name, name, laboratory, levels, dark, phases_rad)
+    in_order = sorted(range(len(names)), key=lambda n: list(catalogue | OUTSIDE).index(names[n]))
     return {
         "name": name,
         "category": category,
@@ -133,27 +149,28 @@ def one(folder, name, random):
         "elements": None,
         "noise": [laboratory.noise, laboratory.floor],
         "peak_v": 1.0,
-        "strata": {"elements": str(laboratory.places_m.shape[1]), "drives": str(len(laboratory.foci_m))},
+        "strata": laboratory.strata(),
     }
 
 
-def write(folder, name, laboratory, levels, dark):
+def write(folder, name, laboratory, levels, dark, phases_rad):
     """A recorded scan: `scan.toml` and `samples.csv`."""
     folder.mkdir(parents=True)
     keys = "\n".join(f"{key} = {json.dumps(value)}" for key, value in laboratory.layout.items())
-    foci = "\n".join(
-        "[[focus]]\n" + "\n".join(f"{axis}_mm = {1e3 * x:.4f}" for axis, x in zip("xyz", focus_m))
-        for focus_m in laboratory.foci_m
-    )
+    foci = "\n".join(f"[[focus]]\n{drive}" for drive in laboratory.drives())
+    phase = '[phase]\nreference = "drive-sync"\nconvention = "exp(-iwt)"\n\n' if phases_rad is not None else ""
     (folder / "scan.toml").write_text(
         f'format = 1\nname = "{name}"\nrecorded = 2026-11-28T12:00:00Z\nreading = "V"\n\n[array]\n{keys}\n\n'
         f"[medium]\nspeed_of_sound_m_s = {laboratory.speed_m_s}\n\n"
-        f'[simulator]\nmodel = "piston"\n\n{foci}\n'
+        f'[simulator]\nmodel = "piston"\n\n{phase}{foci}\n'
     )
     lines = ["time_s,focus,x_mm,y_mm,z_mm,reading"]
     lines += [f"{-10 + 0.1 * n:.3f},-1,0,0,{1e3 * laboratory.heights_m[0]:.4f},{v:.6g}" for n, v in enumerate(dark)]
     visits = zip(laboratory.time_s, laboratory.focus, 1e3 * laboratory.visits_m.T, levels)
     lines += [f"{t:.3f},{focus},{x:.4f},{y:.4f},{z:.4f},{v:.6g}" for t, focus, (x, y, z), v in visits]
+    if phases_rad is not None:
+        of_rows = ["phase_rad", *[""] * len(dark), *[f"{phase:.5f}" for phase in phases_rad]]
+        lines = [f"{line},{phase}" for line, phase in zip(lines, of_rows)]
     (folder / "samples.csv").write_text("\n".join(lines) + "\n")
 
 
@@ -163,11 +180,12 @@ def main():
     parser.add_argument("--count", type=int, required=True)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--answers", type=pathlib.Path, required=True, help="where the true causes are written")
+    parser.add_argument("--varied", action="store_true", help="scans of many kinds, other radiators, more causes")
     arguments = parser.parse_args()
     if arguments.folder.exists():
         sys.exit(f"{arguments.folder} exists already; choose another folder")
     scans = [
-        one(arguments.folder, f"{number:04}", np.random.default_rng([arguments.seed, number]))
+        one(arguments.folder, f"{number:04}", np.random.default_rng([arguments.seed, number]), arguments.varied)
         for number in range(arguments.count)
     ]
     answers = {"format": 1, "seed": arguments.seed, "answers": scans}

@@ -42,6 +42,14 @@ class Laboratory:
         for n in np.flatnonzero(self.way == 0):
             self.way[n] = self.way[n - 1]
 
+    def drives(self):
+        """The entries `[[focus]]` of the record."""
+        return ["\n".join(f"{axis}_mm = {1e3 * x:.4f}" for axis, x in zip("xyz", at_m)) for at_m in self.foci_m]
+
+    def strata(self):
+        """What the rates are told apart by."""
+        return {"elements": str(self.places_m.shape[1]), "drives": str(len(self.foci_m))}
+
     def delays_s(self):
         """Delays of the elements by focus, for the speed of sound as believed."""
         paths_m = [np.linalg.norm(self.places_m.T - focus_m, axis=1) for focus_m in self.foci_m]

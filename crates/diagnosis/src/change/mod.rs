@@ -128,6 +128,7 @@ fn diagnosed(
     let context = Context { stated: StatedUncertainty::default(), ..prepared.context };
     let phase = taken_off(&mut of_a).zip(taken_off(&mut of_b)).map(|(a, b)| PhaseMeaning {
         drift_u_rad: a.drift_u_rad.hypot(b.drift_u_rad),
+        moves_rad: a.moves_rad.hypot(b.moves_rad),
         each_drive: a.each_drive || b.each_drive,
         ..b
     });

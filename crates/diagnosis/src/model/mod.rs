@@ -2,6 +2,7 @@
 //!
 //! - [`observations`]: the readings of one or several scans, each with where and when it was taken.
 //! - [`phases`]: measured minus expected phases.
+//! - [`wandering_reference`]: the reference of the phases, taken out of what is left of them.
 //! - [`planes`]: readings of one height, and the step between neighbours.
 //! - [`effect`]: the trait that an effect implements: where it acts, and how it is looked for.
 //! - [`instance`]: an effect with the numbers at which it acts.
@@ -26,4 +27,5 @@ pub mod pressure;
 pub mod receiver;
 pub mod residuals;
 pub mod stated_uncertainty;
+pub mod wandering_reference;
 pub mod waves;

@@ -9,7 +9,7 @@ use fieldgap_records::{PhaseReference, RecordedSample, RecordedScan};
 
 use crate::limits::{DRIVES_FOR_EACH_ELEMENT, MOST_ELEMENTS};
 use crate::model::motion::{Approach, Motion, approaches};
-use crate::model::phases::{PhaseMeaning, phase_noise};
+use crate::model::phases::{PhaseMeaning, noise_and_moves_rad};
 use crate::statistics::noise_scale::NoiseScale;
 use crate::statistics::phase_noise::PhaseNoise;
 use crate::statistics::scatter::Scatter;
@@ -172,6 +172,7 @@ impl Observations {
                     phase: phase.map(|phase| PhaseMeaning {
                         noise: PhaseNoise::default(),
                         drift_u_rad: phase.drift_u_rad(),
+                        moves_rad: phase.drift_u_rad(),
                         each_drive: phase.reference == PhaseReference::EachDrive,
                     }),
                 }
@@ -301,10 +302,10 @@ impl ObservedScan {
                 drive.readings.iter().map(|reading| self.scale.of(*reading)).collect();
         }
         self.scatter = scatter;
-        let noise = self.phase.map(|_| phase_noise(self));
-        if let (Some(phase), Some(noise)) = (&mut self.phase, noise) {
-            phase.noise = noise;
-        }
+        self.phase = self.phase.map(|meaning| {
+            let (noise, moves_rad) = noise_and_moves_rad(self, meaning);
+            PhaseMeaning { noise, moves_rad, ..meaning }
+        });
     }
 
     /// Time from its first driven reading to the last of these, s.

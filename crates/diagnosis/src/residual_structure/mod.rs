@@ -60,6 +60,10 @@ impl ResidualStructure {
             let far = z_of_few_far(fit, observations, context);
             let far = ("a few readings far off", far);
             tests.push(plain(Kind::NoFlaw, PATTERN_LIMIT.get())(far));
+            // The tests for single causes, one of them over time, are left out beside a field that scatters.
+            let slow = patterns::slow_changes(observations, &residuals);
+            let slow = ("slow changes through the scan", slow);
+            tests.push(plain(Kind::Pattern, PATTERN_LIMIT.get())(slow));
         }
         tests.extend(patterns.into_iter().map(|(name, z)| {
             let limit =

@@ -166,6 +166,28 @@ fn energy_of_slow_patterns(by_drive: &[DriveResiduals<'_>]) -> (f64, f64) {
     (energy, count)
 }
 
+/// Power in the lowest cosines over the time of each scan.
+pub(crate) fn slow_changes(observations: &Observations, residuals: &[f64]) -> f64 {
+    /// Cosines beside the constant: eight contain 95 % of the power of a step.
+    const ORDERS: usize = 8;
+    let (mut energy, mut count) = (0.0, 0.0);
+    let mut rest = residuals;
+    for scan in &observations.scans {
+        let (of_scan, after) = rest.split_at(scan.len());
+        rest = after;
+        let visits = || scan.drives.iter().flat_map(|drive| &drive.visits);
+        for order in 1..=ORDERS {
+            let cosines = visits().map(|visit| (PI * order as f64 * visit.progress).cos());
+            let (product, norm) = cosines
+                .zip(of_scan)
+                .fold((0.0, 0.0), |(p, n), (cosine, r)| (p + r * cosine, n + cosine * cosine));
+            energy += product * product / f64::max(norm, f64::MIN_POSITIVE);
+            count += 1.0;
+        }
+    }
+    z_of_sum_of_squares(energy / mean_square(residuals), count)
+}
+
 /// Correlation of the residuals of points that were visited again, by R. A. Fisher's transform (*Metron* 1, 3, 1921), which is normal of few pairs
 /// too.
 fn repeats(by_drive: &[DriveResiduals<'_>]) -> f64 {

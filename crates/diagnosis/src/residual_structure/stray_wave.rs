@@ -35,6 +35,9 @@ const MARGIN_M: f64 = 10e-3;
 /// Readings of a drive from which the variance by noise is estimated at least. Of few readings a single one may be most of it.
 const ENOUGH: usize = 700;
 
+/// Readings that make the variance by noise, as a number of equal ones, from which on the sum of their residuals is normal. Set by judgement.
+const FEWEST_HEARD: f64 = 20.0;
+
 /// Radius of an omnidirectional face, m.
 const POINT_M: f64 = 1e-5;
 
@@ -105,17 +108,22 @@ fn met(
         .with_precision(Precision::Single);
     let places_m: Vec<Vec3> = places_m.iter().map(on_its_head).collect();
     let met = kernel.at(&places_m);
-    // (Of many readings the variance by noise hardly changes from one to the next.)
-    let one_in = (radiated.len() / ENOUGH).max(1);
+    // (Of many readings of planes the variance by noise hardly changes from one to the next. Beside a place in a volume there may be one alone.)
+    let of_planes = by_height(drive).iter().all(|plane| is_flat(drive, plane));
+    let one_in = if of_planes { (radiated.len() / ENOUGH).max(1) } else { 1 };
     let some: Vec<(Vec3, f64)> = readings_m
         .into_iter()
         .zip(radiated)
         .step_by(one_in)
         .map(|(at_m, (_, slope))| (at_m, one_in as f64 * slope.norm_sqr()))
         .collect();
+    // A few readings that make most of it say nothing of a wave.
     let of_noise = |at_m: &Vec3| -> f64 {
         let below = some.iter().filter(|(reading_m, _)| reading_m.z < at_m.z);
-        below.map(|(reading_m, power)| power / (at_m - reading_m).norm_squared()).sum()
+        let (sum, squares) = below
+            .map(|(reading_m, power)| power / (at_m - reading_m).norm_squared())
+            .fold((0.0, 0.0), |(sum, squares), power| (sum + power, squares + power * power));
+        if sum * sum < FEWEST_HEARD * squares { 0.0 } else { sum }
     };
     places_m
         .par_iter()
@@ -176,4 +184,36 @@ fn lattice(from_m: [f64; 3], to_m: [f64; 3], (across_m, up_m): (f64, f64)) -> Ve
         }
     }
     places
+}
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Excitation;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::limits::SINGLE_CAUSE_LIMIT;
+
+    /// Above nearly all of the readings one or two are heard, and none of those that stand for all.
+    #[test]
+    fn noise_of_readings_all_over_a_volume_is_no_wave() {
+        let bench = Bench::of(Array::square(4, 4, 10e-3).expect("not empty"), Excitation::Uniform);
+        let mut random = ChaCha8Rng::seed_from_u64(8);
+        let mut anywhere = || {
+            let [x, y, z] = [(); 3].map(|()| random.random_range(-0.03..0.03));
+            Vec3::new(x, y, z + 0.09)
+        };
+        let places = (0..1500).map(|_| anywhere()).collect();
+        let observations = bench.observations(&[(Excitation::Uniform, places)]);
+        let fit = Fit::of_nothing(vec![nuisance()]);
+        let scores = ScoreStatistics::of(&observations, &bench.context, &fit);
+        for _ in 0..6 {
+            let noise: Vec<f64> = StandardNormal.sample_iter(&mut random).take(1500).collect();
+            let found = test(&scores, &noise).expect("possible sources");
+            assert!(found.z < SINGLE_CAUSE_LIMIT.get(), "{}", found.in_words());
+        }
+    }
 }

@@ -12,7 +12,7 @@ const LEAST_RAD: f64 = 2e-3;
 const MOST_RAD: f64 = 1.5;
 
 /// Differences below which they say nothing: eight tell a standard deviation to 25 %; those of neighbours need a median, and overlap.
-const FEWEST_REPEATS: usize = 8;
+pub(crate) const FEWEST_REPEATS: usize = 8;
 const FEWEST_NEIGHBOURS: usize = 50;
 
 /// Median of the square of a normal number, and the information of a median of them about their variance over that of their mean.

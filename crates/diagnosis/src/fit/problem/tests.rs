@@ -92,7 +92,7 @@ fn derivatives_of_phases_are_those_of_the_problem_with_its_reference_fitted_anew
         }
         drop(model);
         let noise = PhaseNoise { rad: 0.02, within: 1.0 };
-        scan.phase = Some(PhaseMeaning { noise, drift_u_rad: 0.2, each_drive });
+        scan.phase = Some(PhaseMeaning { noise, drift_u_rad: 0.2, moves_rad: 0.2, each_drive });
         let instances = [EffectId::SoundSpeed, EffectId::ElementPhase]
             .map(|id| Instance { effect: effect(id), choice: Choice::None });
         let values = [vec![1.0021], vec![0.0; observations.elements()]];

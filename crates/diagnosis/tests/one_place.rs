@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use fieldgap_acoustics::Vec3;
-use fieldgap_diagnosis::{HeldOutBy, diagnose};
+use fieldgap_diagnosis::{EffectId, HeldOutBy, diagnose};
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
@@ -62,6 +62,18 @@ fn many_drives_of_one_place_are_checked_by_drives_that_were_kept_out() {
     let after = found.ranked[0].gap_after_held_out;
     assert!((0.7 * NOISE..2.0 * NOISE).contains(&after), "{after}");
     assert!(found.to_text().contains("held out: a fifth of the drives"), "{}", found.to_text());
+}
+
+/// Turned axes and axes of another scale do the same there, with fewer numbers.
+#[test]
+fn one_place_that_is_off_is_told_as_an_offset() {
+    let place = Vec3::new(9.5e-3, 27e-3, 0.18);
+    let scan = record(6, 60, &[place, place], "[offset]\nx_mm = -1.5\ny_mm = 0.0\nz_mm = 0.0");
+    let found = diagnose(&[scan], None).expect("comparable");
+    assert_eq!(found.ranked[0].effects, [EffectId::Offset], "{}", found.sentence);
+    let of_axes = [EffectId::Rotation, EffectId::Skew, EffectId::AxisScale, EffectId::ArrayTilt];
+    let named = |ids: &[EffectId]| of_axes.iter().any(|id| ids.contains(id));
+    assert!(!found.ranked.iter().any(|ranked| named(&ranked.effects)), "{}", found.sentence);
 }
 
 #[test]

@@ -91,10 +91,15 @@ def drawn(random, catalogue):
     return "one", [str(random.choice(names))]
 
 
-def fits(cause, others):
-    """Whether levitate can make a cause beside these: it gives the sum of direct path and images, and what acts on a path acts on one of them."""
-    on_paths = [name for name in [cause, *others] if name in AIR_AND_RECEIVER]
-    return cause not in others and not (on_paths and any(name in MIRRORS for name in [cause, *others]))
+def fits(cause, others, laboratory):
+    """Whether a cause can be made beside these. Levitate gives the sum of direct path and images, and what acts on a path acts on one of them. A receiver
+    that gives phases adds no floor to its levels.
+    """
+    names = {cause, *others}
+    if names & AIR_AND_RECEIVER and names & MIRRORS:
+        return False
+    has_phases = getattr(laboratory, "reference_rad", None) is not None
+    return cause not in others and not (has_phases and cause == "noise-floor")
 
 
 def one(folder, name, random, varied):
@@ -113,7 +118,7 @@ def one(folder, name, random, varied):
             describe, act = (catalogue | OUTSIDE)[cause](laboratory, random)
             size, gap = sized(laboratory, act, math.inf if cause in WITHOUT_SIZE else target, believed)
             others = names[:number] + names[number + 1 :]
-            if category in ("one", "two") and (gap < 0.9 * least or not fits(cause, others)):
+            if category in ("one", "two") and (gap < 0.9 * least or not fits(cause, others, laboratory)):
                 # Here this cause makes less than that at its largest, or cannot be made.
                 gap = 0.0
                 cause = str(random.choice([name for name in catalogue if name not in names]))

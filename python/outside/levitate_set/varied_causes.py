@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from causes import directivity, numbers, sign
+from causes import CATALOGUE, directivity, numbers, sign
 
 
 def of_paths(effect, names, draw, factor):
@@ -80,6 +80,7 @@ def turbulence(laboratory, random):
 
 
 def lag(laboratory, random):
+    """In flight only."""
     full_s = 0.12
 
     def change(truth, size):
@@ -109,7 +110,10 @@ def lead_screw(laboratory, random):
     return lambda _: {}, change
 
 
-def warm_up(laboratory, random):
+def drift(laboratory, random):
+    """Of the level: steady, or fast at first."""
+    if random.random() < 0.5:
+        return CATALOGUE["gain-drift"](laboratory, random)
     full, constant = sign(random) * 0.4, random.uniform(0.1, 0.3)
 
     def change(truth, size):
@@ -166,7 +170,7 @@ VARIED = {
     "lag": lag,
     "position-jitter": jitter,
     "lead-screw": lead_screw,
-    "warm-up": warm_up,
+    "gain-drift": drift,
 }
 AIR_AND_RECEIVER = {"absorption", "flow", "temperature-gradient", "turbulence", "receiver-directivity"}
 MIRRORS = {"reflection", "wall"}

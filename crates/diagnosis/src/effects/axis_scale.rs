@@ -10,7 +10,7 @@ use crate::model::effect::{
     Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
-use crate::model::observations::Visit;
+use crate::model::observations::{Observations, Visit};
 use crate::remedy::Remedy;
 
 /// The effect.
@@ -81,6 +81,10 @@ impl Effect for AxisScale {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Manual("correct the steps per millimetre in the robot's firmware")
+    }
+
+    fn can_act(&self, observations: &Observations) -> bool {
+        observations.tell_axes()
     }
 
     fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {

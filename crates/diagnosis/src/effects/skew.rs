@@ -7,7 +7,7 @@ use crate::model::effect::{
     Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
-use crate::model::observations::Visit;
+use crate::model::observations::{Observations, Visit};
 use crate::remedy::Remedy;
 
 /// The effect.
@@ -36,6 +36,10 @@ impl Effect for Skew {
         Remedy::Manual(
             "no set-up file describes axes that are not square; align those of the robot",
         )
+    }
+
+    fn can_act(&self, observations: &Observations) -> bool {
+        observations.tell_axes()
     }
 
     fn position(&self, at: Setting<'_>, _visit: &Visit, at_m: Vec3) -> Vec3 {

@@ -232,6 +232,23 @@ impl Observations {
         self.scans.iter().any(|scan| scan.scatter.fluctuation > 0.0)
     }
 
+    /// Whether the receiver was at enough places to tell how the axes of robot and array are turned and scaled: at one or two, an offset does the same.
+    pub fn tell_axes(&self) -> bool {
+        /// Places: three tell a turn from a shift.
+        const FEWEST_PLACES: usize = 3;
+        let visits = self.scans.iter().flat_map(|scan| &scan.drives).flat_map(|d| &d.visits);
+        let mut places: Vec<Vec3> = Vec::new();
+        for visit in visits {
+            if places.iter().all(|place_m| (place_m - visit.at_m).norm() > SAME_PLACE_M) {
+                places.push(visit.at_m);
+            }
+            if places.len() == FEWEST_PLACES {
+                return true;
+            }
+        }
+        false
+    }
+
     /// The first drive.
     pub fn first(&self) -> &ObservedDrive {
         &self.scans[0].drives[0]
@@ -319,6 +336,9 @@ impl ObservedScan {
         self.drives.iter().map(|drive| drive.readings.len()).sum()
     }
 }
+
+/// Places nearer to each other than this are one, m: a robot repeats so well.
+pub(crate) const SAME_PLACE_M: f64 = 1e-4;
 
 /// Variance of the noise of a reading over that of a mean of so many samples. Some more or fewer are as usual, and more than usual make no
 /// reading surer: slow noise does not average out.

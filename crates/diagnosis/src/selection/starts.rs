@@ -15,6 +15,7 @@ use crate::limits::{
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
+use crate::model::observations::SAME_PLACE_M;
 use crate::selection::cost_by_gain::CostByGain;
 use crate::selection::quick_scores::{QuickScores, ScoredDrive, best_of};
 
@@ -113,9 +114,6 @@ pub(crate) fn turns_along(along_m: &[f64]) -> Vec<f64> {
         .take_while(|turns| *turns <= 1.0 / SHORTEST_LEAD_M)
         .collect()
 }
-
-/// Places along an axis nearer to each other than this are one, m: a robot repeats so well.
-const SAME_PLACE_M: f64 = 1e-4;
 
 /// Different places along an axis of which a period is told: two turns of four.
 const FEWEST_PLACES: usize = 8;

@@ -92,8 +92,10 @@ def drawn(random, catalogue):
 
 
 def fits(cause, others, laboratory):
-    """Whether a cause can be made beside these. Levitate gives the sum of direct path and images, and what acts on a path acts on one of them. A receiver
-    that gives phases adds no floor to its levels.
+    """Whether a cause can be made beside these.
+
+    Levitate gives the sum of direct path and images, and what acts on a path acts on one of them. A receiver that gives
+    phases adds no floor to its levels.
     """
     names = {cause, *others}
     if names & AIR_AND_RECEIVER and names & MIRRORS:

@@ -26,8 +26,9 @@ class Truth:
         self.speed_m_s = laboratory.speed_m_s + np.zeros_like(laboratory.time_s)
         self.frequency_hz = FREQUENCY_HZ
         self.radius_m = FACE_M
-        # A ring's share of an element's lobe, and how an element's velocity falls towards the rim of its face; `None` of a far-field piston.
+        # A ring's share of an element's lobe.
         self.of_ring = 0.0
+        # How the velocity of its face falls towards the rim; `None` of a far-field piston.
         self.falls_by = None
         self.elements_m = laboratory.places_m.copy()
         self.normals = np.tile([[0.0], [0.0], [1.0]], count)

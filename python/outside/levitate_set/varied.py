@@ -1,4 +1,6 @@
-"""Laboratories that differ in how they scan: at rest or in flight, planes, lines, volumes, few readings, many drives; with phases or without."""
+"""Laboratories that differ in how they scan: at rest or in flight, planes, lines, volumes, few readings, many drives; with
+phases or without.
+"""
 
 import json
 import math
@@ -19,7 +21,7 @@ MOST_CODED = 400
 
 
 class VariedLaboratory(Laboratory):
-    """As [Laboratory], with one of several kinds of scan."""
+    """As `Laboratory`, with one of several kinds of scan."""
 
     def __init__(self, random):
         super().__init__(random)
@@ -87,7 +89,7 @@ class VariedLaboratory(Laboratory):
         self.time_s = 0.05 * np.arange(self.focus.size) + 2.0 * np.repeat(np.arange(at_m.shape[1]), order.size)
 
     def flown(self, random):
-        """Serpentine rows, each flown with a ramp at both ends, sampled at equal distances within it; the last rows once more."""
+        """Serpentine rows, each flown with a ramp at both ends and sampled at equal distances; the last rows once more."""
         step_m = random.choice([1e-3, 1.5e-3, 2e-3])
         speeds_m_s = random.choice([0.02, 0.04, 0.08], random.integers(1, 3), replace=False)
         x = np.arange(-0.024, 0.0241, step_m)

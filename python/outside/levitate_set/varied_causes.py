@@ -1,4 +1,4 @@
-"""Causes beside those of [causes]: of the air, of the receiver, of the robot in motion, and of elements that are no pistons."""
+"""Causes beside those of `causes`: of the air, the receiver, the robot in motion, and of elements that are no pistons."""
 
 import math
 
@@ -7,7 +7,7 @@ from causes import CATALOGUE, directivity, numbers, sign
 
 
 def of_paths(effect, names, draw, factor):
-    """A cause that changes what each element adds, by a factor of the size's parameters, the elements' places and the receiver's."""
+    """A cause that changes what each element adds by a factor, given its parameters and the places."""
 
     def change(truth, *values):
         truth.of_paths.append(lambda truth, at_m, here: factor(truth, at_m, here, *values))
@@ -123,7 +123,7 @@ def drift(laboratory, random):
 
 
 def any_directivity(laboratory, random):
-    """A face of another size; one that is still at its rim, or moves there the other way; or one with the lobe of a ring in it."""
+    """A face of another size; one that moves less at its rim, or the other way; or one with the lobe of a ring in it."""
     kind = random.integers(0, 3)
     if kind == 0 or (kind == 1 and laboratory.places_m.shape[1] > 64):
         return directivity(laboratory, random)

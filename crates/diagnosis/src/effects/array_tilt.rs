@@ -8,7 +8,6 @@ use crate::model::effect::{
     Choice, Context, Effect, Estimate, Facts, Finding, Parameter, PerElement, Stage, Timing,
 };
 use crate::model::instance::Setting;
-use crate::model::observations::Observations;
 use crate::remedy::{Remedy, SetupKey};
 
 /// The effect.
@@ -40,10 +39,6 @@ impl Effect for ArrayTilt {
 
     fn remedy(&self, _simulator: Simulator) -> Remedy {
         Remedy::Key(SetupKey::Tilt)
-    }
-
-    fn can_act(&self, observations: &Observations) -> bool {
-        observations.tell_axes()
     }
 
     fn elements(&self, at: Setting<'_>, elements: &mut [Element]) {

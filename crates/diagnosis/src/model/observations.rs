@@ -232,7 +232,7 @@ impl Observations {
         self.scans.iter().any(|scan| scan.scatter.fluctuation > 0.0)
     }
 
-    /// Whether the receiver was at enough places to tell how the axes of robot and array are turned and scaled: at one or two, an offset does the same.
+    /// Whether the receiver was at enough places to tell how the robot's axes are turned and scaled: at one or two, an offset does the same.
     pub fn tell_axes(&self) -> bool {
         /// Places: three tell a turn from a shift.
         const FEWEST_PLACES: usize = 3;

@@ -1,17 +1,14 @@
 //! A rig that chooses its own readings: to the end, killed on the way, and replayed.
 
-mod dead_element_rig;
-mod program;
-
 use std::path::Path;
 
-use dead_element_rig::{bench, copy, said};
+use crate::dead_element_rig::{bench, copy, said};
+use crate::program::fieldgap;
 use fieldgap::acquisition::RigSetup;
 use fieldgap::closed_loop::{End, Inquiry, Purpose, Round, Verification, read_rounds};
 use fieldgap::diagnosis::{EffectId, Findings, Options, Verdict};
 use fieldgap::input::TomlSource;
 use fieldgap::records::{Plan, RecordedScan};
-use program::fieldgap;
 
 const PLAN: &str = "name = \"loop\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\

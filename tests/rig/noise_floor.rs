@@ -1,11 +1,9 @@
 //! A floor about as large as the noise of one sample, behind a receiver that averages 16 of them: the means say little, the scatter within
 //! readings tells. The virtual rig's physics makes the field and the noise.
 
-mod program;
-
 use std::path::Path;
 
-use program::fieldgap;
+use crate::program::fieldgap;
 
 /// Of each quadrature of a sample, V.
 const NOISE_V: f64 = 0.03;

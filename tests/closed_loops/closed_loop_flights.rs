@@ -1,15 +1,12 @@
 //! A rig that chooses its own readings, in motion too: a lag and play are told apart, and a row that was cut short is flown again.
 
-mod dead_element_rig;
-mod program;
-
 use std::path::Path;
 
-use dead_element_rig::{bench, copy, said};
+use crate::dead_element_rig::{bench, copy, said};
+use crate::program::fieldgap;
 use fieldgap::closed_loop::{End, Purpose, Round, read_rounds};
 use fieldgap::diagnosis::{EffectId, FittedParameter, diagnose};
 use fieldgap::records::{Plan, RecordedScan, VisitPace};
-use program::fieldgap;
 
 const PLAN: &str = "name = \"loop\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\

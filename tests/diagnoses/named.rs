@@ -6,8 +6,7 @@ use fieldgap::acoustics::Vec3;
 use fieldgap::diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose};
 use fieldgap::virtual_rig::counter_rng::CounterRng;
 
-mod scanned_pistons;
-use scanned_pistons::{Truth, scan};
+use crate::scanned_pistons::{Truth, scan};
 
 /// Distance at which the far-field error of a face is a tenth of the noise.
 const HEIGHTS_MM: [f64; 4] = [80.0, 120.0, 160.0, 200.0];
@@ -23,7 +22,7 @@ fn heavy_clipping_is_not_taken_for_saturation() {
     let diagnosis = diagnosis(&truth);
     assert_eq!(diagnosis.effects, [EffectId::Clipping], "{}", diagnosis.sentence);
     let share = diagnosis.noise.multiplicative;
-    assert!((0.5..1.5).contains(&(share / scanned_pistons::SHARE)), "{share}");
+    assert!((0.5..1.5).contains(&(share / crate::scanned_pistons::SHARE)), "{share}");
 }
 
 /// Sixteen steps per period give phase deviations of the elements, for which they were taken beside gain deviations.

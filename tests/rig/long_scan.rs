@@ -30,7 +30,7 @@ fn resident_kib(process: u32) -> u64 {
 
 #[test]
 #[cfg(target_os = "linux")]
-#[ignore = "takes minutes; run: cargo test --release --test long_scan -- --ignored"]
+#[ignore = "takes minutes; run: cargo test --release --test rig long_scan -- --ignored"]
 fn a_hundred_thousand_points_take_no_more_memory_than_ten_thousand() {
     let home = tempfile::tempdir().expect("a folder");
     let (plan, folder) = (home.path().join("plan.toml"), home.path().join("scan"));

@@ -2,10 +2,8 @@
 
 use fieldgap::diagnosis::{AlikeEffects, EffectId, alike_effects};
 
-mod scanned_pistons;
-
 fn alike() -> Vec<AlikeEffects> {
-    let scan = scanned_pistons::scan(&[50.0, 100.0, 150.0, 200.0], &Default::default());
+    let scan = crate::scanned_pistons::scan(&[50.0, 100.0, 150.0, 200.0], &Default::default());
     alike_effects(&scan, None).expect("enough to compare")
 }
 

@@ -1,15 +1,12 @@
 //! A rig that measures where its map is least certain: to the end, killed on the way, replayed; and the map of any record.
 
-mod dead_element_rig;
-mod program;
-
 use std::path::Path;
 
-use dead_element_rig::{bench, copy, said};
+use crate::dead_element_rig::{bench, copy, said};
+use crate::program::fieldgap;
 use fieldgap::adaptive_map::{MapEnd, MapRound};
 use fieldgap::closed_loop::read_log;
 use fieldgap::records::{Plan, RecordedScan};
-use program::fieldgap;
 
 const PLAN: &str = "name = \"field\"\nrig = \"rig.toml\"\n[simulator]\nmodel = \"piston\"\n\
                     [[focus]]\nx_mm = 10.0\ny_mm = -5.0\nz_mm = 100.0\n\

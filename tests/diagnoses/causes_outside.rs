@@ -8,8 +8,7 @@ use fieldgap::diagnosis::{
     Diagnosis, EffectId, FittedParameter, Options, ResidualTest, Verdict, diagnose, diagnose_with,
 };
 
-mod scanned_pistons;
-use scanned_pistons::{Truth, scan};
+use crate::scanned_pistons::{Truth, scan};
 
 const HEIGHTS_MM: [f64; 4] = [80.0, 120.0, 160.0, 200.0];
 

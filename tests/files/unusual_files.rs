@@ -5,8 +5,7 @@ use std::process::{Command, Stdio};
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-mod small_record;
-use small_record::{HEADER, SETUP};
+use crate::small_record::{HEADER, SETUP};
 
 /// Most memory of one command, KiB, and longest time, s.
 const MEMORY_KIB: u32 = 4 << 20;

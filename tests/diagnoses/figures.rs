@@ -4,8 +4,7 @@ use fieldgap::acoustics::Vec3;
 use fieldgap::diagnosis::{Diagnosis, EffectId, Verdict, WaterfallPart, diagnose};
 use fieldgap_text::percent;
 
-mod scanned_pistons;
-use scanned_pistons::{Truth, scan};
+use crate::scanned_pistons::{Truth, scan};
 
 /// What holds of every diagnosis.
 fn check(diagnosis: &Diagnosis) {

@@ -4,8 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-mod small_record;
-use small_record::{HEADER, SETUP};
+use crate::small_record::{HEADER, SETUP};
 
 /// Clears the screen; sets the title; the same in one character; reverses what follows; begins a line of its own.
 const HOSTILE: [&str; 5] = ["\x1b[2J", "\x1b]0;title\x07", "\u{9b}2J", "\u{202e}", "\x0d"];

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-mod small_record;
-use small_record::{HEADER, SETUP};
+use crate::small_record::{HEADER, SETUP};
 
 const PLAN: &str = r#"name = "bad"
 [simulator]

@@ -93,7 +93,9 @@ impl PhaseResiduals {
                 all.follow(std::mem::take(&mut turns), meaning.motion());
             }
         }
-        all.follow(turns, meaning.motion());
+        if !meaning.each_drive {
+            all.follow(turns, meaning.motion());
+        }
         Some(all)
     }
 

@@ -61,7 +61,8 @@ impl ResidualStructure {
             let far = ("a few readings far off", far);
             tests.push(plain(Kind::NoFlaw, PATTERN_LIMIT.get())(far));
             // The tests for single causes, one of them over time, are left out beside a field that scatters.
-            let slow = patterns::slow_changes(observations, &residuals);
+            let shifts = ScoreStatistics::of(observations, context, fit).shift_columns();
+            let slow = patterns::slow_changes(observations, &residuals, &shifts);
             let slow = ("slow changes through the scan", slow);
             tests.push(plain(Kind::Pattern, PATTERN_LIMIT.get())(slow));
         }

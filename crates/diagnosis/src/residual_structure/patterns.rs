@@ -166,23 +166,34 @@ fn energy_of_slow_patterns(by_drive: &[DriveResiduals<'_>]) -> (f64, f64) {
     (energy, count)
 }
 
-/// Power in the lowest cosines over the time of each scan.
-pub(crate) fn slow_changes(observations: &Observations, residuals: &[f64]) -> f64 {
+/// Power in the lowest cosines over the time of each scan, of the residuals and of what they ask for along each axis: `shifts` are their derivatives by
+/// the place, of which the first stand in the order of the residuals.
+pub(crate) fn slow_changes(
+    observations: &Observations,
+    residuals: &[f64],
+    shifts: &[Vec<f64>],
+) -> f64 {
     /// Cosines beside the constant: eight contain 95 % of the power of a step.
     const ORDERS: usize = 8;
+    let level = vec![1.0; residuals.len()];
     let (mut energy, mut count) = (0.0, 0.0);
-    let mut rest = residuals;
+    let mut from = 0;
     for scan in &observations.scans {
-        let (of_scan, after) = rest.split_at(scan.len());
-        rest = after;
+        let of_scan = from..from + scan.len();
+        from = of_scan.end;
         let visits = || scan.drives.iter().flat_map(|drive| &drive.visits);
-        for order in 1..=ORDERS {
+        for (order, slopes) in
+            (1..=ORDERS).flat_map(|order| shifts.iter().chain([&level]).map(move |s| (order, s)))
+        {
             let cosines = visits().map(|visit| (PI * order as f64 * visit.progress).cos());
-            let (product, norm) = cosines
-                .zip(of_scan)
-                .fold((0.0, 0.0), |(p, n), (cosine, r)| (p + r * cosine, n + cosine * cosine));
-            energy += product * product / f64::max(norm, f64::MIN_POSITIVE);
-            count += 1.0;
+            let along = cosines.zip(&slopes[of_scan.clone()]).map(|(cosine, slope)| cosine * slope);
+            let (product, norm) = along
+                .zip(&residuals[of_scan.clone()])
+                .fold((0.0, 0.0), |(p, n), (along, r)| (p + r * along, n + along * along));
+            if norm > 0.0 {
+                energy += product * product / norm;
+                count += 1.0;
+            }
         }
     }
     z_of_sum_of_squares(energy / mean_square(residuals), count)
@@ -228,6 +239,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
+    use crate::effects::testing::Bench;
     use crate::model::motion::Motion;
     use fieldgap_acoustics::{Array, Excitation, Medium, Simulation, Simulator, Vec3};
 
@@ -286,6 +298,31 @@ mod tests {
         assert!(z(ripples, &noise).abs() < 3.0, "{}", z(ripples, &noise));
         assert!(z(ripples, &fringes) > 6.0, "{}", z(ripples, &fringes));
         assert!(z(neighbours, &fringes) < 3.0 && z(slow_patterns, &fringes) < 3.0);
+    }
+
+    /// A step of the level and one of the place along x after two thirds of a scan, of half the noise and of all of it, and noise alone.
+    #[test]
+    fn steps_in_a_scan_are_slow_changes_and_noise_is_none() {
+        let bench = Bench::new();
+        let places = (0..900).map(|n| Vec3::new(1e-3 * f64::from(n % 30), 0.0, 0.1)).collect();
+        let mut observations = bench.observations(&[(Excitation::Uniform, places)]);
+        let visits = &mut observations.scans[0].drives[0].visits;
+        visits.iter_mut().for_each(|visit| visit.progress = visit.number as f64 / 900.0);
+        let mut draws = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let mut normal = || (0..12).map(|_| draws.random_range(-0.5..0.5)).sum::<f64>();
+        let by_place: Vec<f64> = (0..900).map(|n| (0.7 * f64::from(n)).sin()).collect();
+        let shifts = [by_place.clone(), vec![0.0; 900], vec![0.0; 900]];
+        let mut z = |of_level: f64, of_place: f64| {
+            let after = |n: usize| if n < 600 { 0.0 } else { 1.0 };
+            let residuals: Vec<f64> = (0..900)
+                .map(|n| normal() + after(n) * (of_level + of_place * by_place[n]))
+                .collect();
+            slow_changes(&observations, &residuals, &shifts)
+        };
+        for _ in 0..20 {
+            assert!(z(0.0, 0.0) < 4.0);
+        }
+        assert!(z(0.5, 0.0) > 4.0 && z(0.0, 1.0) > 4.0);
     }
 
     /// Few pairs of noise pass 3.3 deviations no more often than many do; pairs that share half of their variance pass it.

@@ -100,7 +100,7 @@ def fits(cause, others, laboratory):
     names = {cause, *others}
     if names & AIR_AND_RECEIVER and names & MIRRORS:
         return False
-    has_phases = getattr(laboratory, "reference_rad", None) is not None
+    has_phases = laboratory.reference_rad is not None
     return cause not in others and not (has_phases and cause == "noise-floor")
 
 
@@ -142,7 +142,7 @@ def one(folder, name, random, varied):
     levels = truth.readings(pressures, noisy) / peak
     dark = truth.readings(quadratures(DARK_READINGS)) / peak
     phases_rad = None
-    if getattr(laboratory, "reference_rad", None) is not None:
+    if laboratory.reference_rad is not None:
         phases_rad = np.angle(noisy(pressures)) + laboratory.reference_rad
     write(folder / name, name, laboratory, levels, dark, phases_rad)
     in_order = sorted(range(len(names)), key=lambda n: list(catalogue | OUTSIDE).index(names[n]))

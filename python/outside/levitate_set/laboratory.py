@@ -11,6 +11,9 @@ REPEATED_PLACES = 60
 class Laboratory:
     """A set-up as the record states it: array, foci, path of the robot, and noise."""
 
+    # Phase of the receiver's reference at each visit; `None` without phases.
+    reference_rad = None
+
     def __init__(self, random):
         self.speed_m_s = random.uniform(340.0, 348.0)
         self.layout, self.places_m, self.pitch_m = layout(random)
@@ -31,12 +34,19 @@ class Laboratory:
         plane = np.concatenate([np.stack([row, np.full_like(row, y)]) for row, y in rows], axis=1)
         planes = [np.vstack([plane, np.full(plane.shape[1], z)]) for z in self.heights_m]
         once_m = np.concatenate(planes, axis=1)
-        again = np.sort(random.choice(once_m.shape[1], REPEATED_PLACES, replace=False))
+        self.at_rest(random, once_m, REPEATED_PLACES)
+        self.time_s = 0.1 * np.arange(self.focus.size)
+        self.follow()
+
+    def at_rest(self, random, once_m, repeats):
+        """All places for each focus, and some of them again at the end."""
+        again = np.sort(random.choice(once_m.shape[1], min(repeats, once_m.shape[1]), replace=False))
         visits_m = np.concatenate([once_m, once_m[:, again]], axis=1)
         self.visits_m = np.tile(visits_m, len(self.foci_m))
         self.focus = np.repeat(np.arange(len(self.foci_m)), visits_m.shape[1])
-        self.time_s = 0.1 * np.arange(self.focus.size)
-        # The first visit of a row comes from the row before, up or down the rows.
+
+    def follow(self):
+        """The direction along x in which the robot came to each visit: to the first of a row from the row before."""
         step_m = np.diff(self.visits_m[0], prepend=self.visits_m[0, 0] - 1e-3)
         self.way = np.sign(step_m)
         for n in np.flatnonzero(self.way == 0):

@@ -25,8 +25,7 @@ class VariedLaboratory(Laboratory):
 
     def __init__(self, random):
         super().__init__(random)
-        # A drift of the reference's phase by a tenth of a radian through the scan is what its record states.
-        self.reference_rad = None
+        # It wanders by a tenth of a radian through the scan, as a record allows that does not state it.
         if random.random() < WITH_PHASES:
             self.reference_rad = random.uniform(-math.pi, math.pi) + np.cumsum(
                 random.normal(0, 0.1 / math.sqrt(self.time_s.size), self.time_s.size)
@@ -36,21 +35,14 @@ class VariedLaboratory(Laboratory):
         self.scan = str(random.choice(list(SCANS), p=list(SCANS.values())))
         self.along = None
         getattr(self, self.scan)(random)
-        step_m = np.diff(self.visits_m[0], prepend=self.visits_m[0, 0] - 1e-3)
-        self.way = np.sign(step_m)
-        for n in np.flatnonzero(self.way == 0):
-            self.way[n] = self.way[n - 1]
+        self.follow()
 
     def planes(self, random):
         super().path(random)
         self.time_s = REST_S * np.arange(self.focus.size)
 
     def at_rest(self, random, once_m, repeats):
-        """All places for each focus, and some of them again at the end."""
-        again = np.sort(random.choice(once_m.shape[1], min(repeats, once_m.shape[1]), replace=False))
-        visits_m = np.concatenate([once_m, once_m[:, again]], axis=1)
-        self.visits_m = np.tile(visits_m, len(self.foci_m))
-        self.focus = np.repeat(np.arange(len(self.foci_m)), visits_m.shape[1])
+        super().at_rest(random, once_m, repeats)
         self.time_s = REST_S * np.arange(self.focus.size)
 
     def anywhere(self, random, count):

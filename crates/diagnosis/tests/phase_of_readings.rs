@@ -37,10 +37,12 @@ fn places_mm() -> Vec<Vec3> {
 struct Clock {
     offset_rad: f64,
     drift_rad: f64,
+    /// Standard deviation at the end of the scan of what it moves at random.
+    moves_rad: f64,
     noise_rad: f64,
 }
 
-const CLOCK: Clock = Clock { offset_rad: 2.9, drift_rad: 0.06, noise_rad: 0.015 };
+const CLOCK: Clock = Clock { offset_rad: 2.9, drift_rad: 0.06, moves_rad: 0.0, noise_rad: 0.015 };
 
 fn setup(convention: &str) -> ScanSetup {
     let text = format!(
@@ -101,11 +103,17 @@ fn record_of_rig(
         );
     }
     let last = visits.len() as f64 - 1.0;
+    let mut steps = ChaCha8Rng::seed_from_u64(seed + 1000);
+    let mut moved_rad = 0.0;
     for (n, ((_, visit), (level, phase_rad))) in visits.iter().zip(field).enumerate() {
         let re: f64 = level * (1.0 + 0.01 * normal()) + additive * normal();
         let im: f64 = additive * normal();
-        let of_clock =
-            clock.offset_rad + clock.drift_rad * n as f64 / last + clock.noise_rad * normal();
+        let of_clock = clock.offset_rad
+            + clock.drift_rad * n as f64 / last
+            + moved_rad
+            + clock.noise_rad * normal();
+        let step: f64 = StandardNormal.sample(&mut steps);
+        moved_rad += clock.moves_rad / last.sqrt() * step;
         let phase_rad = sign * (phase_rad + of_clock) + im.atan2(re);
         let Visit { position_m, time_s, .. } = *visit;
         // One phase in a hundred was lost.
@@ -161,7 +169,9 @@ fn a_rig_without_a_cause_has_none_whatever_its_clock_does() {
     for (seed, clock) in [
         (1, CLOCK),
         (2, Clock { drift_rad: -0.15, ..CLOCK }),
-        (3, Clock { offset_rad: -3.1, drift_rad: 0.0, noise_rad: 0.1 }),
+        (3, Clock { offset_rad: -3.1, drift_rad: 0.0, noise_rad: 0.1, ..CLOCK }),
+        (4, Clock { moves_rad: 0.1, ..CLOCK }),
+        (5, Clock { moves_rad: 0.1, drift_rad: 0.0, ..CLOCK }),
     ] {
         let scan = record(&toml::Table::new(), clock, "exp(-iwt)", seed);
         let diagnosis = diagnosed(&scan, false);
@@ -229,7 +239,7 @@ fn before_and_after(change: &toml::Table, after: Clock, seed: u64) -> [RecordedS
     [a, record_of_rig(seed, &causes, after, "exp(+iwt)", 2 * seed + 1)]
 }
 
-const OTHER_CLOCK: Clock = Clock { offset_rad: -1.1, drift_rad: -0.08, noise_rad: 0.015 };
+const OTHER_CLOCK: Clock = Clock { offset_rad: -1.1, drift_rad: -0.08, ..CLOCK };
 
 #[test]
 fn phases_tell_a_wind_that_rose_from_an_array_that_was_tilted() {
@@ -281,7 +291,7 @@ fn a_copy_with_another_phase_of_the_clock_is_a_copy() {
 #[test]
 fn clocks_that_differ_are_no_change() {
     for (seed, drift_rad, noise_rad) in [(3, 0.12, 0.015), (4, -0.15, 0.06)] {
-        let clock = Clock { offset_rad: 3.0, drift_rad, noise_rad };
+        let clock = Clock { offset_rad: 3.0, drift_rad, noise_rad, ..CLOCK };
         let [a, b] = before_and_after(&toml::Table::new(), clock, seed);
         let found = diagnose_change(&a, &b, None).expect("comparable");
         assert_eq!(found.verdict, ChangeVerdict::None, "{seed}: {}", found.sentence);

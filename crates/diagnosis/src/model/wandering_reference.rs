@@ -1,11 +1,11 @@
 //! The reference of phases, which wanders during a scan, taken out of residuals and of their derivatives.
 //!
 //! Its constant is not known. It drifts steadily, as a clock that warms up, and moves about that as a Brownian motion. A Kalman filter follows it from
-//! reading to reading. What it did not foretell, over its standard deviation, has variance one and no memory, and the sum of squares is that of generalised
-//! least squares with the covariance of drift and motion (A. C. Harvey, *Forecasting, Structural Time Series Models and the Kalman Filter*, 1989, sections 3.2 and
+//! reading to reading. What it did not predict of a reading, over its standard deviation, has variance one and is independent of the others; the sum of squares is
+//! that of generalised least squares with the covariance of drift and motion (A. C. Harvey, *Forecasting, Structural Time Series Models and the Kalman Filter*, 1989, sections 3.2 and
 //! 3.4). The filter is linear in the residuals, so that derivatives pass through it as residuals do.
 //!
-//! The differences are turned by what the filter foretells (an extended filter), so that a reference may wander by more than a radian.
+//! The differences are turned by what the filter predicts (an extended filter), so that a reference may wander by more than a radian.
 
 use num_complex::Complex64;
 
@@ -55,7 +55,7 @@ struct Step {
     /// What the reference and its drift follow of a residual.
     gain: f64,
     gain_of_drift: f64,
-    /// One over the standard deviation of what is not foretold; zero for the first reading, which nothing foretells.
+    /// One over the standard deviation of what is not predicted; zero for the first reading, which nothing predicts.
     weight: f64,
 }
 

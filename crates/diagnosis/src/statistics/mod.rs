@@ -3,6 +3,7 @@
 //! - [`detector`]: mean and variance of the magnitude of a noisy level.
 //! - [`noise_scale`]: the scale on which readings scatter by one everywhere.
 //! - [`phase_noise`]: the noise of phases.
+//! - [`reference_motion`]: how the reference of phases moves during a scan.
 //! - [`fluctuation`]: what makes a reading differ from its own repeat.
 //! - [`reading_pairs`]: differences of two readings of one level.
 //! - [`scatter`]: how the readings of a scan scatter.
@@ -13,5 +14,6 @@ pub mod fluctuation;
 pub mod noise_scale;
 pub mod phase_noise;
 pub mod reading_pairs;
+pub mod reference_motion;
 pub mod scatter;
 pub mod significance;

@@ -210,7 +210,7 @@ mod tests {
         let observations = bench.observations(&[(Excitation::Uniform, places)]);
         let fit = Fit::of_nothing(vec![nuisance()]);
         let scores = ScoreStatistics::of(&observations, &bench.context, &fit);
-        for _ in 0..6 {
+        for _ in 0..40 {
             let noise: Vec<f64> = StandardNormal.sample_iter(&mut random).take(1500).collect();
             let found = test(&scores, &noise).expect("possible sources");
             assert!(found.z < SINGLE_CAUSE_LIMIT.get(), "{}", found.in_words());

@@ -185,35 +185,3 @@ fn lattice(from_m: [f64; 3], to_m: [f64; 3], (across_m, up_m): (f64, f64)) -> Ve
     }
     places
 }
-
-#[cfg(test)]
-mod tests {
-    use fieldgap_acoustics::Excitation;
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, StandardNormal};
-
-    use super::*;
-    use crate::effects::testing::{Bench, nuisance};
-    use crate::limits::SINGLE_CAUSE_LIMIT;
-
-    /// Above nearly all of the readings one or two are heard, and none of those that stand for all.
-    #[test]
-    fn noise_of_readings_all_over_a_volume_is_no_wave() {
-        let bench = Bench::of(Array::square(4, 4, 10e-3).expect("not empty"), Excitation::Uniform);
-        let mut random = ChaCha8Rng::seed_from_u64(8);
-        let mut anywhere = || {
-            let [x, y, z] = [(); 3].map(|()| random.random_range(-0.03..0.03));
-            Vec3::new(x, y, z + 0.09)
-        };
-        let places = (0..1500).map(|_| anywhere()).collect();
-        let observations = bench.observations(&[(Excitation::Uniform, places)]);
-        let fit = Fit::of_nothing(vec![nuisance()]);
-        let scores = ScoreStatistics::of(&observations, &bench.context, &fit);
-        for _ in 0..40 {
-            let noise: Vec<f64> = StandardNormal.sample_iter(&mut random).take(1500).collect();
-            let found = test(&scores, &noise).expect("possible sources");
-            assert!(found.z < SINGLE_CAUSE_LIMIT.get(), "{}", found.in_words());
-        }
-    }
-}

@@ -88,7 +88,7 @@ def test_a_flight_is_at_its_samples_when_they_are_taken(levitate_set):
     # In the middle of a row the speed is steady.
     trailing_m = np.abs(lab.later_m(0.01))
     assert trailing_m.max() <= 0.01 * 0.08 + 1e-9
-    assert np.allclose(np.diff(lab.time_s)[np.diff(lab.focus) == 0] > 0, True)
+    assert (np.diff(lab.time_s) > 0).all()
     flight = levitate_set["varied"].Flight(0.05, 0.04)
     places_m = np.linspace(0, 0.05, 101)
     assert np.allclose([flight.place_at(time_s) for time_s in flight.time_at(places_m)], places_m, atol=1e-9)

@@ -7,6 +7,8 @@
 
 use fieldgap_acoustics::Vec3;
 
+use crate::statistics::median::median;
+
 /// Cosine of the angle between neighbouring steps of a row at least: they may deviate by 14 degrees, as with places that are off by a tenth of
 /// a step.
 const STRAIGHT: f64 = 0.97;
@@ -219,11 +221,6 @@ impl<'r> Ways<'r> {
         });
         Motion { x_direction, x_since_m, step_s, back_m }
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The velocity with which all readings of a row agree, if there is one: the least-squares line through places over times.

@@ -15,7 +15,7 @@ use num_complex::Complex64;
 
 use super::observations::{ObservedDrive, ObservedScan};
 use super::pressure::Pressure;
-use super::wandering_reference::{Motion, Turn, WanderingReference};
+use super::wandering_reference::{ReferenceMotion, Turn, WanderingReference};
 use crate::statistics::phase_noise::{Difference, PhaseNoise, THIRD, third_difference, wrapped};
 use crate::statistics::reference_motion::{RepeatedPhase, motion_of_repeats};
 
@@ -36,8 +36,8 @@ pub(crate) struct PhaseMeaning {
 }
 
 impl PhaseMeaning {
-    fn motion(&self) -> Motion {
-        Motion { drift_rad: self.drift_u_rad, moves_rad: self.moves_rad }
+    fn motion(&self) -> ReferenceMotion {
+        ReferenceMotion { drift_rad: self.drift_u_rad, moves_rad: self.moves_rad }
     }
 }
 
@@ -98,7 +98,7 @@ impl PhaseResiduals {
     }
 
     /// The residuals of a stretch with one constant.
-    fn follow(&mut self, turns: Vec<Turn>, motion: Motion) {
+    fn follow(&mut self, turns: Vec<Turn>, motion: ReferenceMotion) {
         let Self { scaled, by_phase, references, .. } = self;
         let reference = WanderingReference::along(turns, motion, |reading, residual, slope| {
             scaled[reading] = residual;

@@ -37,7 +37,7 @@ const FIRST: usize = 10;
 
 /// What is known of a reference beside its constant: standard deviations over the whole scan, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Motion {
+pub(super) struct ReferenceMotion {
     /// Of its steady drift.
     pub drift_rad: f64,
     /// Of what it moves beside that.
@@ -63,7 +63,7 @@ impl WanderingReference {
     /// Follows a reference. Gives each reading its residual and its slope to `set`.
     pub fn along(
         mut turns: Vec<Turn>,
-        Motion { drift_rad, moves_rad }: Motion,
+        ReferenceMotion { drift_rad, moves_rad }: ReferenceMotion,
         mut set: impl FnMut(usize, f64, f64),
     ) -> Self {
         turns.sort_by(|a, b| a.progress.total_cmp(&b.progress));
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn the_sum_of_squares_is_that_of_generalised_least_squares() {
         for (drift_rad, moves_rad) in [(0.0, 0.0), (0.1, 0.0), (0.0, 0.1), (0.5, 0.1), (0.1, 2.0)] {
-            let motion = Motion { drift_rad, moves_rad };
+            let motion = ReferenceMotion { drift_rad, moves_rad };
             let turns = turns(40);
             let (mut scaled, mut slopes) = (vec![0.0; 40], vec![0.0; 40]);
             let reference = WanderingReference::along(turns.clone(), motion, |n, r, slope| {
@@ -200,7 +200,7 @@ mod tests {
             .collect();
         turns.reverse();
         for (drift_rad, moves_rad) in [(4.0, 0.0), (0.1, 4.0)] {
-            let motion = Motion { drift_rad, moves_rad };
+            let motion = ReferenceMotion { drift_rad, moves_rad };
             let mut squares = 0.0;
             WanderingReference::along(turns.clone(), motion, |_, r, _| squares += r * r);
             assert!(squares < 0.1 * count as f64, "{squares}");
@@ -214,7 +214,7 @@ mod tests {
         turns.iter_mut().for_each(|turn| turn.turn = Complex64::cis(1.0));
         turns[7].turn = Complex64::cis(1.0 + std::f64::consts::PI);
         let weight = turns[7].weight;
-        let motion = Motion { drift_rad: 0.1, moves_rad: 0.1 };
+        let motion = ReferenceMotion { drift_rad: 0.1, moves_rad: 0.1 };
         WanderingReference::along(turns, motion, |n, residual, _| match n {
             7 => assert!((residual.abs() - 2.0 * weight).abs() < 1e-6 * weight),
             _ => assert!(residual.abs() < 1e-6, "{n}: {residual}"),

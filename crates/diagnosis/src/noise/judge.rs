@@ -13,6 +13,7 @@ use crate::model::observations::ObservedScan;
 use crate::noise::fluctuating::fluctuating;
 use crate::noise::repeats::{full_scale, pairs_beside};
 use crate::statistics::fluctuation::Fluctuation;
+use crate::statistics::median::median;
 use crate::statistics::noise_scale::LEAST_SHARE;
 use crate::statistics::reading_pairs::{Compression, Detector, Level, Pair, cost};
 use crate::statistics::scatter::{Scatter, against_unusual};
@@ -319,17 +320,12 @@ fn likeliest_by_medians(mut known: Vec<(f64, f64)>, largest: f64) -> (f64, f64) 
     /// Independent squares whose mean tells a variance as well as the median of one third difference's does: a median has 0.37 of the mean's
     /// information, and third differences overlap with a sum of squared correlations of 2.3.
     const INDEPENDENT: f64 = 0.37 / 2.3;
-    let median = |values: &mut dyn Iterator<Item = f64>| {
-        let mut values: Vec<f64> = values.collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
     let groups: Vec<[f64; 3]> = known
         .chunks(known.len().div_ceil(GROUPS))
         .map(|group| {
-            let level2 = median(&mut group.iter().map(|(level2, _)| *level2));
-            let variance = median(&mut group.iter().map(|(_, variance)| *variance)) / MEDIAN;
+            let level2 = median(group.iter().map(|(level2, _)| *level2).collect());
+            let variance = median(group.iter().map(|(_, variance)| *variance).collect()) / MEDIAN;
             [INDEPENDENT * group.len() as f64, level2, variance]
         })
         .collect();

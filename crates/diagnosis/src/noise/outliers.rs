@@ -9,6 +9,7 @@ use fieldgap_acoustics::Vec3;
 
 use crate::limits::{MOST_OUTLIERS, OUTLIER_DEVIATIONS};
 use crate::model::observations::{Observations, ObservedDrive};
+use crate::statistics::median::median;
 
 /// Standard deviation of a normal distribution over its median absolute deviation.
 const BY_MEDIAN: f64 = 1.4826;
@@ -153,11 +154,6 @@ impl Near {
 
 fn cell(at_m: &Vec3, reach_m: f64) -> [i64; 3] {
     at_m.map(|m| (m / reach_m).floor() as i64).into()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

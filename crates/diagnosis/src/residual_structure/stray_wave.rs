@@ -20,6 +20,7 @@ use crate::model::observations::{Observations, ObservedDrive};
 use crate::model::planes::{by_height, is_flat};
 use crate::residual_structure::patterns::mean_square;
 use crate::residual_structure::test::Test;
+use crate::statistics::median::median;
 use crate::statistics::significance::{less_by_chance, z_of_sum_of_squares};
 
 /// Steps between places within the field and beside it, across and up, m: half the resolution of a scan there.
@@ -35,8 +36,12 @@ const MARGIN_M: f64 = 10e-3;
 /// Readings of a drive from which the variance by noise is estimated at least. Of few readings a single one may be most of it.
 const ENOUGH: usize = 700;
 
-/// Readings that make the variance by noise, as a number of equal ones, from which on the sum of their residuals is normal. Set by judgement.
-const FEWEST_HEARD: f64 = 20.0;
+/// A reading counts as if it changed with the pressure by at most this many times the median: near zeros of the field, noise in proportion to the level
+/// would make single readings count for more than all others.
+const LARGEST_SLOPE: f64 = 3.0;
+
+/// The largest share of one reading in the variance by noise: with few readings above a place, one that is off is no wave. Set by judgement.
+const LARGEST_SHARE: f64 = 0.05;
 
 /// Radius of an omnidirectional face, m.
 const POINT_M: f64 = 1e-5;
@@ -54,8 +59,11 @@ pub(crate) fn test(scores: &ScoreStatistics<'_>, residuals: &[f64]) -> Option<Te
     for (drive, nuisance) in drives(observations, fit) {
         let range = first..first + drive.visits.len();
         first = range.end;
-        let radiated = residuals[range.clone()].iter().zip(&by_pressure[range]);
-        let radiated: Vec<(f64, Complex64)> = radiated.map(|(r, slope)| (*r, *slope)).collect();
+        let slopes = &by_pressure[range.clone()];
+        let most = LARGEST_SLOPE * median(slopes.iter().map(|slope| slope.norm()).collect());
+        let bounded = |slope: &Complex64| slope * (most / slope.norm()).min(1.0);
+        let radiated: Vec<(f64, Complex64)> =
+            residuals[range].iter().zip(slopes).map(|(r, slope)| (*r, bounded(slope))).collect();
         let met = met(&model, drive, nuisance, &radiated, &places_m);
         sums.iter_mut().zip(met).for_each(|(sum, met)| *sum += met / power);
         numbers += 2.0;
@@ -108,22 +116,20 @@ fn met(
         .with_precision(Precision::Single);
     let places_m: Vec<Vec3> = places_m.iter().map(on_its_head).collect();
     let met = kernel.at(&places_m);
-    // (Of many readings of planes the variance by noise hardly changes from one to the next. Beside a place in a volume there may be one alone.)
-    let of_planes = by_height(drive).iter().all(|plane| is_flat(drive, plane));
-    let one_in = if of_planes { (radiated.len() / ENOUGH).max(1) } else { 1 };
+    // (Of many readings the variance by noise hardly changes from one to the next.)
+    let one_in = (radiated.len() / ENOUGH).max(1);
     let some: Vec<(Vec3, f64)> = readings_m
         .into_iter()
         .zip(radiated)
         .step_by(one_in)
         .map(|(at_m, (_, slope))| (at_m, one_in as f64 * slope.norm_sqr()))
         .collect();
-    // A few readings that make most of it say nothing of a wave.
     let of_noise = |at_m: &Vec3| -> f64 {
         let below = some.iter().filter(|(reading_m, _)| reading_m.z < at_m.z);
-        let (sum, squares) = below
+        let (sum, largest) = below
             .map(|(reading_m, power)| power / (at_m - reading_m).norm_squared())
-            .fold((0.0, 0.0), |(sum, squares), power| (sum + power, squares + power * power));
-        if sum * sum < FEWEST_HEARD * squares { 0.0 } else { sum }
+            .fold((0.0, 0.0), |(sum, largest), power| (sum + power, power.max(largest)));
+        if largest > LARGEST_SHARE * sum { 0.0 } else { sum }
     };
     places_m
         .par_iter()
@@ -184,4 +190,86 @@ fn lattice(from_m: [f64; 3], to_m: [f64; 3], (across_m, up_m): (f64, f64)) -> Ve
         }
     }
     places
+}
+
+#[cfg(test)]
+mod tests {
+    use fieldgap_acoustics::Excitation;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::effects::testing::{Bench, nuisance};
+    use crate::limits::SINGLE_CAUSE_LIMIT;
+
+    /// A cube around the focus, the places of its readings, and residuals of noise.
+    fn volume(
+        readings: usize,
+        half_m: f64,
+        check: impl FnOnce(&ScoreStatistics<'_>, &[Vec3], Vec<f64>),
+    ) {
+        let middle_m = Vec3::z() * 2.0 * half_m;
+        let focus = Excitation::Focus(middle_m);
+        let bench = Bench::of(Array::square(8, 8, 10e-3).expect("not empty"), focus.clone());
+        let mut random = ChaCha8Rng::seed_from_u64(8);
+        let mut place = || middle_m + Vec3::from_fn(|_, _| random.random_range(-half_m..half_m));
+        let places_m: Vec<Vec3> = (0..readings).map(|_| place()).collect();
+        let noise = StandardNormal.sample_iter(&mut random).take(readings).collect();
+        let observations = bench.observations(&[(focus, places_m.clone())]);
+        let fit = Fit::of_nothing(vec![nuisance()]);
+        check(&ScoreStatistics::of(&observations, &bench.context, &fit), &places_m, noise);
+    }
+
+    /// One of these readings after the other is off by more than noise is.
+    fn one_is_off(scores: &ScoreStatistics<'_>, noise: &[f64], some: &[usize]) {
+        for off in some {
+            let mut residuals = noise.to_vec();
+            residuals[*off] = 4.5;
+            let found = test(scores, &residuals).expect("possible sources");
+            assert!(found.z < SINGLE_CAUSE_LIMIT.get(), "{}", found.in_words());
+        }
+    }
+
+    /// There it would count for more than all others.
+    #[test]
+    fn a_reading_near_a_zero_of_the_field_that_is_off_is_no_wave() {
+        volume(1500, 0.03, |scores, _, noise| {
+            let readings = &scores.observations.scans[0].drives[0].readings;
+            let mut weakest: Vec<usize> = (0..noise.len()).collect();
+            weakest.sort_by(|a, b| readings[*a].total_cmp(&readings[*b]));
+            one_is_off(scores, &noise, &weakest[..5]);
+        });
+    }
+
+    /// Above places near the top there are few. (Every second of so many readings stands for all in the variance: these are the others.)
+    #[test]
+    fn a_reading_at_the_top_of_a_volume_that_is_off_is_no_wave() {
+        volume(1500, 0.1, |scores, places_m, noise| {
+            let mut highest: Vec<usize> = (1..noise.len()).step_by(2).collect();
+            highest.sort_by(|a, b| places_m[*b].z.total_cmp(&places_m[*a].z));
+            one_is_off(scores, &noise, &highest[..8]);
+        });
+    }
+
+    /// A point beside the array, by its closed form. Its wave changes half of the readings by less than 0.4 of their noise.
+    #[test]
+    fn a_source_beside_a_volume_is_found_where_it_is() {
+        const SOURCE_M: Vec3 = Vec3::new(-0.1, 0.04, 0.03);
+        volume(1500, 0.03, |scores, places_m, noise| {
+            let drive = &scores.observations.scans[0].drives[0];
+            let wavenumber = scores.fit.model(scores.context).wavenumber_rad_m(&drive.believed);
+            let wave = places_m.iter().zip(scores.by_pressure()).map(|(at_m, slope)| {
+                let path_m = (at_m - SOURCE_M).norm();
+                (slope * Complex64::from_polar(1.0 / path_m, wavenumber * path_m)).re
+            });
+            let wave: Vec<f64> = wave.collect();
+            let strength = 0.4 / median(wave.iter().map(|wave| wave.abs()).collect());
+            let residuals: Vec<f64> =
+                noise.iter().zip(&wave).map(|(noise, wave)| noise + strength * wave).collect();
+            let found = test(scores, &residuals).expect("possible sources");
+            assert!(found.z > 2.0 * SINGLE_CAUSE_LIMIT.get(), "{}", found.in_words());
+            assert!(found.in_words().contains("(-100, 40, 30) mm"), "{}", found.in_words());
+        });
+    }
 }

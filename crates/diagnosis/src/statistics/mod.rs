@@ -2,6 +2,7 @@
 //!
 //! - [`detector`]: mean and variance of the magnitude of a noisy level.
 //! - [`noise_scale`]: the scale on which readings scatter by one everywhere.
+//! - [`median`]: of a sample.
 //! - [`phase_noise`]: the noise of phases.
 //! - [`reference_motion`]: how the reference of phases moves during a scan.
 //! - [`fluctuation`]: what makes a reading differ from its own repeat.
@@ -11,6 +12,7 @@
 
 pub mod detector;
 pub mod fluctuation;
+pub mod median;
 pub mod noise_scale;
 pub mod phase_noise;
 pub mod reading_pairs;

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::median::median;
 use super::phase_noise::FEWEST_REPEATS;
 
 /// The phases of two visits of one point.
@@ -45,7 +46,6 @@ pub(crate) fn motion_of_repeats(pairs: &[RepeatedPhase], stated_rad: f64) -> (f6
     let some: Vec<RepeatedPhase> =
         pairs.iter().step_by(pairs.len().div_ceil(MOST)).copied().collect();
     let count = some.len();
-    let median = |mut of: Vec<f64>| *of.select_nth_unstable_by(count / 2, f64::total_cmp).1;
     let middle_rad = median(some.iter().map(|pair| pair.difference_rad).collect());
     let off = |pair: &RepeatedPhase| (pair.difference_rad - middle_rad).abs();
     let most_rad = WORST * median(some.iter().map(off).collect());

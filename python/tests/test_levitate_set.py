@@ -17,7 +17,7 @@ def levitate_set(repository):
     """The modules of the program that makes the set."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(repository / "python/outside/levitate_set")
-        yield {name: importlib.import_module(name) for name in ("laboratory", "truth", "varied")}
+        yield {name: importlib.import_module(name) for name in ("causes", "laboratory", "truth", "varied")}
 
 
 def laboratory(levitate_set, layout):
@@ -92,6 +92,19 @@ def test_a_flight_is_at_its_samples_when_they_are_taken(levitate_set):
     flight = levitate_set["varied"].Flight(0.05, 0.04)
     places_m = np.linspace(0, 0.05, 101)
     assert np.allclose([flight.place_at(time_s) for time_s in flight.time_at(places_m)], places_m, atol=1e-9)
+
+
+def test_a_nozzle_with_play_stands_after_a_turn_and_then_trails(levitate_set):
+    lab = varied(levitate_set, "flown")
+    truth = levitate_set["truth"].Truth(lab)
+    levitate_set["causes"].trailed(truth, 3.0)
+    x_mm, nozzle_mm = 1e3 * lab.visits_m[0], 1e3 * truth.visits_m[0]
+    directions, flights = lab.along
+    since_turn_mm = np.abs(x_mm - [1e3 * start_m for _, _, start_m in flights])
+    expected_mm = x_mm + directions * (1.5 - np.minimum(since_turn_mm, 3.0))
+    # Before the first row it came from below.
+    assert np.allclose(nozzle_mm[x_mm.argmax() + 1 :], expected_mm[x_mm.argmax() + 1 :], atol=1e-9)
+    assert nozzle_mm[0] == pytest.approx(x_mm[0] - 1.5)
 
 
 @pytest.mark.parametrize("is_varied", [False, True])

@@ -241,8 +241,8 @@ pub(crate) const START_SHORT_BY: f64 = 4.0;
 /// How far above the highest point a reflecting plane is looked for, m: a shelf, or the frame of a robot. Set by judgement.
 pub(crate) const HIGHEST_PLANE_M: f64 = 0.6;
 
-/// How far beside what was measured a wall is looked for, m. Set by judgement.
-pub(crate) const FARTHEST_WALL_M: f64 = 0.15;
+/// How far beside what was measured a wall is looked for, m: the reach of a bench. Set by judgement.
+pub(crate) const FARTHEST_WALL_M: f64 = 0.4;
 
 /// Pairs of reading and spherical wave on which walls and objects are compared first, and the readings at least. Set by judgement.
 pub(crate) const PAIRS_OF_STRAY_WAVES: usize = 6000;

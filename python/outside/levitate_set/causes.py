@@ -45,7 +45,13 @@ def skewed(truth, angle):
 
 
 def trailed(truth, play_mm):
-    truth.visits_m[0] -= 0.5e-3 * play_mm * truth.laboratory.way
+    """The nozzle trails by half of the play, or leads by it; after a turn it stands until the play is taken up."""
+    half_m = 0.5e-3 * abs(play_mm)
+    nozzle_m = -math.inf
+    for n, way_m in enumerate(zip(truth.laboratory.turns_m(), truth.laboratory.visits_m[0])):
+        for motor_m in way_m:
+            nozzle_m = min(max(nozzle_m, motor_m - half_m), motor_m + half_m)
+        truth.visits_m[0, n] += math.copysign(1, play_mm) * (nozzle_m - motor_m)
 
 
 def tilted(truth, about_x, about_y):

@@ -36,7 +36,6 @@ class Laboratory:
         once_m = np.concatenate(planes, axis=1)
         self.at_rest(random, once_m, REPEATED_PLACES)
         self.time_s = 0.1 * np.arange(self.focus.size)
-        self.follow()
 
     def at_rest(self, random, once_m, repeats):
         """All places for each focus, and some of them again at the end."""
@@ -45,12 +44,9 @@ class Laboratory:
         self.visits_m = np.tile(visits_m, len(self.foci_m))
         self.focus = np.repeat(np.arange(len(self.foci_m)), visits_m.shape[1])
 
-    def follow(self):
-        """The direction along x in which the robot came to each visit: to the first of a row from the row before."""
-        step_m = np.diff(self.visits_m[0], prepend=self.visits_m[0, 0] - 1e-3)
-        self.way = np.sign(step_m)
-        for n in np.flatnonzero(self.way == 0):
-            self.way[n] = self.way[n - 1]
+    def turns_m(self):
+        """Where along x the robot turned before each visit: straight from the one before, and to the first from below."""
+        return np.concatenate([self.visits_m[0, :1] - 10e-3, self.visits_m[0, :-1]])
 
     def drives(self):
         """The entries `[[focus]]` of the record."""

@@ -35,7 +35,6 @@ class VariedLaboratory(Laboratory):
         self.scan = str(random.choice(list(SCANS), p=list(SCANS.values())))
         self.along = None
         getattr(self, self.scan)(random)
-        self.follow()
 
     def planes(self, random):
         super().path(random)
@@ -116,6 +115,14 @@ class VariedLaboratory(Laboratory):
             for direction, time_s, (flight, since_s, start_m) in zip(directions, self.time_s, flights)
         ]
         return np.array(then) - self.visits_m[0]
+
+    def turns_m(self):
+        turns_m = super().turns_m()
+        if self.scan == "flown":
+            # Beyond the end of the row before.
+            first = np.flatnonzero(np.diff(self.visits_m[1], prepend=np.nan))
+            turns_m[first] = [self.along[1][n][2] for n in first]
+        return turns_m
 
     def drives(self):
         if self.scan == "coded":

@@ -62,8 +62,39 @@ struct Extended {
 }
 
 impl Extension {
-    /// Extends each set of the frontier by every effect, except to sets that are known already.
+    /// Extends each set of the frontier by every effect, except to sets that are known already. Walls and objects, which take long, are looked for beside the
+    /// set-up as believed, and beside the best set if it is near the readings.
     pub fn of(
+        frontier: &[ScoredModel],
+        known: Vec<Vec<EffectId>>,
+        noise_is_settled: bool,
+        observations: &Observations,
+        context: &Context,
+    ) -> Self {
+        let asks = |number: usize, base: &Base<'_>| {
+            number == 0 && (base.near || base.scored.fit.instances.is_empty())
+        };
+        Self::asking(asks, frontier, known, noise_is_settled, observations, context)
+    }
+
+    /// Extends a set by walls and objects alone.
+    pub fn by_stray_waves(
+        set: &ScoredModel,
+        known: Vec<Vec<EffectId>>,
+        noise_is_settled: bool,
+        observations: &Observations,
+        context: &Context,
+    ) -> Self {
+        let of_waves = catalogue()
+            .filter(|effect| is_of_stray_waves(*effect) && context.tries(effect.id()))
+            .map(|effect| effect.id());
+        let context = Context { tried: Some(of_waves.collect()), ..context.clone() };
+        let frontier = std::slice::from_ref(set);
+        Self::asking(|_, _| true, frontier, known, noise_is_settled, observations, &context)
+    }
+
+    fn asking(
+        asks_for_stray_waves: impl Fn(usize, &Base<'_>) -> bool + Sync,
         frontier: &[ScoredModel],
         known: Vec<Vec<EffectId>>,
         noise_is_settled: bool,
@@ -80,9 +111,7 @@ impl Extension {
             .enumerate()
             .map(|(number, scored)| {
                 let base = Base::of(scored, noise_is_settled, observations, &coarse, context);
-                let asks_for_stray_waves =
-                    number == 0 && (base.near || scored.fit.instances.is_empty());
-                Base { asks_for_stray_waves, ..base }
+                Base { asks_for_stray_waves: asks_for_stray_waves(number, &base), ..base }
             })
             .collect();
         let (sets, unseen): (Vec<_>, Vec<_>) =
@@ -134,6 +163,11 @@ impl Extension {
         let given_up = given_up.into_iter().map(|((set, _), _)| set.ids).collect();
         Self { fitted, given_up, unseen }
     }
+}
+
+/// Whether an effect is searched for among thousands of places.
+fn is_of_stray_waves(effect: &dyn Effect) -> bool {
+    matches!(effect.search(), Search::Walls | Search::Objects)
 }
 
 /// What a coarse fit expects of a set on all readings, nats.
@@ -209,7 +243,7 @@ struct Base<'o> {
     near: bool,
     /// Whether a fluctuation of the field may explain the residual.
     may_fluctuate: bool,
-    /// Whether walls and objects are looked for, which takes long: beside the set-up as believed, and beside the best set if it is near the readings.
+    /// Whether walls and objects are looked for.
     asks_for_stray_waves: bool,
     /// By how much its evidence is higher than if the noise were known exactly.
     nats_of_unknown_noise: f64,
@@ -283,8 +317,7 @@ impl<'o> Base<'o> {
         if effect.scatters_repeats() && !self.may_fluctuate {
             return None;
         }
-        if matches!(effect.search(), Search::Walls | Search::Objects) && !self.asks_for_stray_waves
-        {
+        if is_of_stray_waves(effect) && !self.asks_for_stray_waves {
             return None;
         }
         let before = &self.scored.fit;

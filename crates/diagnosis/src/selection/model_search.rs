@@ -221,14 +221,25 @@ impl ModelSearch {
             frontier
                 .retain(|scored| !near || scored.log_evidence >= best.log_evidence - RIVALS.get());
             let before = best_log_evidence(&self.scored);
+            let goes_on = |grown: &[ScoredModel]| {
+                grown.first().is_some_and(|grown| {
+                    grown.log_evidence > before + WORTH_EXTENDING
+                        && explains_more(&best.fit, &grown.fit, gap, n)
+                })
+            };
             let mut grown = self.extend(&frontier, self.known(), observations, context);
-            self.scored.extend(grown.iter().cloned());
             sort(&mut grown);
-            let goes_on = grown.first().is_some_and(|grown| {
-                grown.log_evidence > before + WORTH_EXTENDING
-                    && explains_more(&best.fit, &grown.fit, gap, n)
-            });
-            if !goes_on {
+            // Far from the readings walls and objects are looked for only where nothing else goes on.
+            if !goes_on(&grown) && !near && !best.fit.instances.is_empty() {
+                let noise = self.noise_is_settled;
+                let Extension { fitted, given_up, .. } =
+                    Extension::by_stray_waves(&best, self.known(), noise, observations, context);
+                grown.extend(fitted);
+                sort(&mut grown);
+                self.given_up.extend(given_up);
+            }
+            self.scored.extend(grown.iter().cloned());
+            if !goes_on(&grown) {
                 break;
             }
             frontier = grown;

@@ -34,6 +34,10 @@ const STEPS: usize = 3;
 /// a scan of 70 mm.
 const DIRECTIONS: usize = 72;
 
+/// Distance, m, from which on the steps between walls grow with its square: the paths to the top and to the bottom of a scan differ by z²/2d, so that they
+/// change by less and less. (At 15 cm, half a wavelength changes them by a quarter of a turn over a scan 20 cm high.)
+const NEAR_WALL_M: f64 = 0.15;
+
 /// Steps of a wall's lean towards the field, each as wide as one of its azimuth: up to 20 degrees. One that leans away from the array sends the sound past
 /// the field.
 const LEANS: u8 = 4;
@@ -85,16 +89,18 @@ impl QuickScores<'_> {
             .map(|lean| turn_rad * f64::from(lean))
             .flat_map(|lean_rad| (0..DIRECTIONS).map(move |n| [turn_rad * n as f64, lean_rad]))
             .collect();
-        let count = (FARTHEST_WALL_M / step_m) as usize;
-        let ways = (directions.len() * count) as f64;
         let drives = self.each_drive(stride);
         let of_direction = |direction: [f64; 2]| {
             let facing = |distance_m: f64| Wall::facing(direction, distance_m);
             let normal = facing(0.0).normal;
             // A wall does not cut through what was measured.
             let nearest_m = places_m.iter().map(|at_m| normal.dot(at_m)).fold(0.0, f64::max);
-            let distances_m: Vec<f64> =
-                (1..=count).map(|n| nearest_m + step_m * n as f64).collect();
+            let farther_m =
+                |at_m: &f64| Some(at_m + step_m * (at_m / NEAR_WALL_M).max(1.0).powi(2));
+            let distances_m: Vec<f64> = std::iter::successors(farther_m(&nearest_m), farther_m)
+                .take_while(|at_m| *at_m < nearest_m + FARTHEST_WALL_M)
+                .collect();
+            let count = distances_m.len();
             // The field of the images is that of the array at the images of the places, but for the receiver's directivity.
             let images_m: Vec<Vec<Vec3>> = (drives.iter())
                 .map(|(_, places_m)| {
@@ -119,6 +125,7 @@ impl QuickScores<'_> {
             distances_m.into_iter().enumerate().map(of_wall).collect::<Vec<_>>()
         };
         let quick: Vec<_> = directions.into_par_iter().flat_map_iter(of_direction).collect();
+        let ways = quick.len() as f64;
         let finest = best_of(quick, 2 * PLANES).into_iter().map(|(direction, distance_m)| {
             let images = self.images(self.stride, &Wall::facing(direction, distance_m));
             let (fall, coefficient) = self.solved(self.stride, &images);
@@ -357,7 +364,12 @@ mod tests {
     /// Of two drives with different places.
     #[test]
     fn the_search_for_walls_begins_where_a_fit_finds_the_one_that_is_there() {
-        const DISTANCE_M: f64 = 0.14;
+        for distance_m in [0.14, 0.37] {
+            is_found(distance_m);
+        }
+    }
+
+    fn is_found(distance_m: f64) {
         // Half way between two leans.
         let direction = [0.7, 0.305];
         let bench = Bench::new();
@@ -369,7 +381,7 @@ mod tests {
         let mut observations = bench
             .observations(&[(focused, places(200, 0.1)), (Excitation::Uniform, places(120, 0.13))]);
         let coefficient = Complex64::from(0.4);
-        let wall = Wall::returning(direction, DISTANCE_M, coefficient, &bench.context);
+        let wall = Wall::returning(direction, distance_m, coefficient, &bench.context);
         let model = bench.model(EffectId::Wall, &wall);
         let mut readings = model.expected_readings(&observations, &[nuisance()]).into_iter();
         let scan = &mut observations.scans[0];
@@ -395,8 +407,9 @@ mod tests {
         };
         let fitted = &fit(&observations, &bench.context, start, SEARCH).values[0];
         for (found_rad, truly_rad) in fitted.iter().zip(direction) {
-            assert!((found_rad - truly_rad).abs() < 1e-3, "{found:?} {fitted:?}");
+            assert!((found_rad - truly_rad).abs() < 5e-3, "{found:?} {fitted:?}");
         }
-        assert!((fitted[2] - 1e3 * DISTANCE_M).abs() < 0.5, "{found:?} {fitted:?}");
+        let distance_mm = 1e3 * distance_m;
+        assert!((fitted[2] / distance_mm - 1.0).abs() < 0.015, "{found:?} {fitted:?}");
     }
 }

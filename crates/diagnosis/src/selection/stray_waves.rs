@@ -364,7 +364,7 @@ mod tests {
     /// Of two drives with different places.
     #[test]
     fn the_search_for_walls_begins_where_a_fit_finds_the_one_that_is_there() {
-        const DISTANCE_M: f64 = 0.25;
+        const DISTANCE_M: f64 = 0.37;
         // Half way between two leans.
         let direction = [0.7, 0.305];
         let bench = Bench::new();

@@ -40,7 +40,7 @@ fn meets(score: &serde_json::Value, what: &str, target: Target) {
 
 #[test]
 fn sealed_causes_are_found_without_false_alarms() {
-    sealed_causes_are_found(6);
+    sealed_causes_are_found(8);
 }
 
 #[test]

@@ -37,7 +37,7 @@ const MARGIN_M: f64 = 10e-3;
 const ENOUGH: usize = 700;
 
 /// A reading counts as if it changed with the pressure by at most this many times the median: near zeros of the field, noise in proportion to the level
-/// would make single readings count for more than all others.
+/// would make single readings count for more than all others. Set by judgement.
 const LARGEST_SLOPE: f64 = 3.0;
 
 /// The largest share of one reading in the variance by noise: with few readings above a place, one that is off is no wave. Set by judgement.

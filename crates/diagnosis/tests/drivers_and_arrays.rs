@@ -79,6 +79,19 @@ fn six_steps_beside_unequal_elements_are_one_number_and_not_thirty_six_phases() 
     assert_eq!(named, [EffectId::ElementGain, EffectId::PhaseQuantisation].into());
 }
 
+/// Four steps make a gap of 25 %, beside which the wall is not seen. Where they are known it is. Its distance is told to 3.4 mm.
+#[test]
+fn a_wall_is_found_beside_coarse_steps() {
+    let scan = Scan::new(8, &[[-8.0, 18.0, 140.0]], 20, &[80.0, 140.0, 200.0]);
+    let wall = "[wall]\nnormal = [0.8, 0.6, 0.0]\ndistance_mm = 240.0\ncoefficient = [0.7, 0.0]\n";
+    let record = read(&scan, wall, 5, rounded(4, |phase, _| phase.round()));
+    let diagnosis = diagnose(&[record], None).expect("comparable");
+    assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.to_text());
+    let named: std::collections::BTreeSet<EffectId> = diagnosis.effects.iter().copied().collect();
+    assert_eq!(named, [EffectId::PhaseQuantisation, EffectId::Wall].into());
+    assert!((real(&diagnosis, "wall.distance_mm") - 240.0).abs() < 3.0 * 3.4);
+}
+
 /// A driver counts delays in steps of its period, so that whole periods are left out. With delays taken as they are commanded, rounding to 96 steps was
 /// named beside the frequency.
 #[test]

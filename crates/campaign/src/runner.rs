@@ -25,7 +25,7 @@ use super::overview::Overview;
 /// Which cells are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Selection {
-    /// Those that are not done, and all rounds to come.
+    /// Those that are not done and have attempts left, and all rounds to come.
     Open,
     /// Those that failed, in the rounds so far.
     Failed,
@@ -178,13 +178,28 @@ impl<'a> Runner<'a> {
         let log = folder.state().cells.get(&self.campaign.id_of(cell));
         match (self.selection, log.map(|log| &log.state)) {
             (Selection::Open, None | Some(CellState::Begun | CellState::Measured)) => true,
-            (Selection::Open, _) => false,
+            (Selection::Open, Some(CellState::Failed { .. })) => {
+                log.is_some_and(|log| log.failures <= self.campaign.retry.attempts)
+            }
+            (Selection::Open, Some(CellState::Closed { .. })) => false,
             (Selection::Failed, state) => matches!(state, Some(CellState::Failed { .. })),
             (Selection::Changed, Some(CellState::Closed { .. })) => {
                 let digest = self.campaign.digest_of(cell);
                 log.zip(digest.ok()).is_some_and(|(log, digest)| log.digest != digest)
             }
             (Selection::Changed, _) => false,
+        }
+    }
+
+    /// How often a cell may be tried. A process that was killed between two attempts has used those that failed; a person who asks for the cells
+    /// that failed gives all of them again.
+    fn attempts_left(&self, id: &str) -> u32 {
+        let all = self.campaign.retry.attempts.saturating_add(1);
+        let folder = self.folder.borrow();
+        let failures = folder.state().cells.get(id).map_or(0, |log| log.failures);
+        match self.selection {
+            Selection::Open => all.saturating_sub(failures).max(1),
+            Selection::Failed | Selection::Changed => all,
         }
     }
 

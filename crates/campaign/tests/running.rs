@@ -98,6 +98,46 @@ fn only_failed_cells_are_tried_again() {
 }
 
 #[test]
+fn a_record_without_its_setup_is_moved_aside_and_its_cell_measured_anew() {
+    let campaign = campaign(&format!("{TWO_FOCI}[retry]\nattempts = 0\n"));
+    let laboratory = FakeLaboratory::at("2026-11-23T08:00:00Z");
+    *laboratory.scans.borrow_mut() = Box::new(|_| Scan::KilledBeforeItsSetup);
+    let (_keep, folder) = folder();
+    run(&campaign, &laboratory, &folder, Selection::Open);
+    laboratory.revive();
+    *laboratory.scans.borrow_mut() = Box::new(|_| Scan::Complete);
+    assert_eq!(run(&campaign, &laboratory, &folder, Selection::Open), CampaignEnd::Done);
+    assert_eq!(laboratory.measured_cells().len(), 2);
+    let aside = std::fs::read_dir(folder.join("cells")).expect("cells").filter(|entry| {
+        let name = entry.as_ref().expect("an entry").file_name();
+        name.to_string_lossy().contains(".interrupted-")
+    });
+    assert_eq!(aside.count(), 1, "what was there is kept");
+}
+
+#[test]
+fn a_cell_whose_process_was_killed_between_two_attempts_has_those_that_are_left() {
+    let campaign = campaign("[retry]\nattempts = 2\nwait_min = 5\n");
+    let laboratory = FakeLaboratory::at("2026-11-23T08:00:00Z");
+    *laboratory.scans.borrow_mut() = Box::new(|_| Scan::Fails);
+    laboratory.killed_waiting.set(true);
+    let (_keep, folder) = folder();
+    run(&campaign, &laboratory, &folder, Selection::Open);
+    let failures = || {
+        let told = laboratory.told.borrow();
+        told.iter().filter(|line| line.starts_with("failed")).count()
+    };
+    assert_eq!(failures(), 1);
+    laboratory.revive();
+    run(&campaign, &laboratory, &folder, Selection::Open);
+    assert_eq!(failures(), 3);
+    run(&campaign, &laboratory, &folder, Selection::Open);
+    assert_eq!(failures(), 3, "none is left");
+    run(&campaign, &laboratory, &folder, Selection::Failed);
+    assert_eq!(failures(), 6, "asked for, it has all again");
+}
+
+#[test]
 fn a_cell_that_was_changed_in_the_file_is_known_and_measured_again_when_asked_for() {
     let first = campaign(TWO_FOCI);
     let laboratory = FakeLaboratory::at("2026-11-23T08:00:00Z");

@@ -10,7 +10,7 @@ use crate::folder::{CellState, What};
 use crate::follow::{CellFigures, FollowedRun};
 use crate::laboratory::{Measured, News};
 use fieldgap_acquisition::PlannedScan;
-use fieldgap_records::ScanState;
+use fieldgap_records::{Journal, JournalError};
 
 /// What became of a cell.
 pub(super) enum Outcome {
@@ -23,7 +23,7 @@ pub(super) enum Outcome {
 impl Runner<'_> {
     /// Measures a cell to its end, with the attempts that are left.
     pub(super) async fn cell(&self, cell: &Cell) -> Result<Outcome, CampaignError> {
-        let mut attempts = self.campaign.retry.attempts + 1;
+        let mut attempts = self.attempts_left(&self.campaign.id_of(cell));
         loop {
             let outcome = self.attempt(cell).await?;
             let Outcome::Failed(reason) = &outcome else { return Ok(outcome) };
@@ -65,15 +65,15 @@ impl Runner<'_> {
             Ok(planned) => planned,
             Err(error) => return self.fails_at_once(&id, digest, &error),
         };
-        let resume = match ScanState::of(&folder) {
-            Ok(Some(ScanState::Complete)) => {
+        let resume = match Journal::resumable(&folder) {
+            Err(JournalError::AlreadyComplete(_)) => {
                 // Killed between the last reading and the line that says so.
                 self.log(What::Begun { cell: id.clone(), digest })?;
                 self.log(What::Measured { cell: id.clone(), used: planned })?;
                 return self.close(cell, &id).await;
             }
-            Ok(Some(_)) => true,
-            _ => {
+            Ok(()) => true,
+            Err(_) => {
                 if folder.exists() {
                     // Killed while the record was made: it holds no reading.
                     self.folder.borrow_mut().move_aside(&id, "interrupted", now)?;

@@ -25,6 +25,8 @@ pub enum Scan {
     Fails,
     /// The process is killed in the middle of it.
     Killed,
+    /// The process is killed while the record is made, before its `scan.toml`.
+    KilledBeforeItsSetup,
 }
 
 type Answers<T> = RefCell<Box<dyn FnMut(&str) -> T>>;
@@ -47,6 +49,8 @@ pub struct FakeLaboratory {
     pub shown_questions: RefCell<Vec<String>>,
     /// The value of a condition that cannot be set.
     pub refused: RefCell<String>,
+    /// Whether the process is killed when it next waits.
+    pub killed_waiting: Cell<bool>,
     killed: Cell<bool>,
     pub stop_after: Cell<usize>,
 }
@@ -67,6 +71,7 @@ impl FakeLaboratory {
             last: RefCell::default(),
             shown_questions: RefCell::default(),
             refused: RefCell::default(),
+            killed_waiting: Cell::new(false),
             killed: Cell::new(false),
             stop_after: Cell::new(usize::MAX),
         }
@@ -99,6 +104,7 @@ impl Laboratory for FakeLaboratory {
 
     async fn wait_until(&self, at: Timestamp) {
         self.now.set(at.max(self.now.get()));
+        self.killed.set(self.killed.get() || self.killed_waiting.take());
     }
 
     fn stop_asked(&self) -> Option<&'static str> {
@@ -134,11 +140,16 @@ impl Laboratory for FakeLaboratory {
         resume: bool,
     ) -> Result<Measured, String> {
         let name = name(folder);
-        let state = |text: &str| {
+        let write = |file: &str, text: &str| {
             std::fs::create_dir_all(folder).expect("a folder");
-            std::fs::write(folder.join("state.toml"), text).expect("written");
+            std::fs::write(folder.join(file), text).expect("written");
         };
-        assert_eq!(resume, folder.join("state.toml").exists(), "{name}");
+        let state = |text: &str| {
+            write("state.toml", text);
+            write("scan.toml", "");
+        };
+        assert_eq!(resume, folder.join("scan.toml").exists(), "{name}");
+        assert_eq!(resume, folder.exists(), "{name}");
         self.now.set(self.now.get() + SCAN);
         match (self.scans.borrow_mut())(&name) {
             Scan::Complete => {
@@ -152,6 +163,11 @@ impl Laboratory for FakeLaboratory {
             }
             Scan::Killed => {
                 state("state = \"scanning\"\n");
+                self.killed.set(true);
+                Err("killed".to_owned())
+            }
+            Scan::KilledBeforeItsSetup => {
+                write("state.toml", "state = \"scanning\"\n");
                 self.killed.set(true);
                 Err("killed".to_owned())
             }

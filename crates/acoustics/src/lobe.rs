@@ -27,8 +27,9 @@ const SINGLE_TOLERANCE: f64 = 1e-8;
 /// A function on [0, 1] in double precision.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Fit {
-    /// Chebyshev coefficients in 2 t - 1, and the relative size of those that may be left out.
-    Smooth { chebyshev: Vec<f64>, tolerance: f64 },
+    /// Pairs of an even and an odd coefficient in powers of 2 t - 1, as many as double and as single precision need. A kernel is prepared far more
+    /// often than a function is fitted: at every place of a receiver that moves from drive to drive.
+    Smooth { double: Vec<[f64; 2]>, single: Vec<[f64; 2]> },
     /// The ends of the pieces, ascending from 0 to 1, and the coefficients of each in powers of a variable from -1 to 1 across it.
     Pieces { ends: Vec<f64>, rows: Vec<[f64; PIECE_TERMS]> },
 }
@@ -56,7 +57,9 @@ impl Fit {
                 terms *= 2;
                 series = chebyshev(terms, &function);
             }
-            return Self::Smooth { chebyshev: series, tolerance };
+            let [double, single] = [DOUBLE_TOLERANCE, SINGLE_TOLERANCE]
+                .map(|digits| pairs(&powers(above(&series, tolerance.max(digits)))));
+            return Self::Smooth { double, single };
         }
         let mut ends = vec![0.0];
         for corner in corners.into_iter().chain([1.0]) {
@@ -81,16 +84,9 @@ impl Fit {
     /// The function in one precision.
     pub fn in_precision<T: Float>(&self) -> Lobe<T> {
         match self {
-            Self::Smooth { chebyshev, tolerance } => {
-                let digits = if T::REFINED { SINGLE_TOLERANCE } else { DOUBLE_TOLERANCE };
-                let tolerance = tolerance.max(digits);
-                let largest = chebyshev.iter().fold(0.0f64, |largest, c| largest.max(c.abs()));
-                let last = chebyshev.iter().rposition(|c| c.abs() > tolerance * largest);
-                let carried = &chebyshev[..last.map_or(0, |last| last + 1)];
-                let powers = powers(carried);
-                let power = |n: usize| T::of(powers.get(n).copied().unwrap_or(0.0));
-                let pairs = (0..powers.len()).step_by(2).map(|n| [power(n), power(n + 1)]);
-                Lobe::Polynomial(pairs.collect())
+            Self::Smooth { double, single } => {
+                let pairs = if T::REFINED { single } else { double };
+                Lobe::Polynomial(pairs.iter().map(|pair| pair.map(T::of)).collect())
             }
             Self::Pieces { ends, rows } => Lobe::Pieces(Pieces::new(ends, rows)),
         }
@@ -322,25 +318,46 @@ fn cosines(terms: usize) -> Vec<f64> {
     (0..4 * terms).map(|step| (0.5 * PI * step as f64 / terms as f64).cos()).collect()
 }
 
-/// Converts Chebyshev coefficients to those of powers, by T(n+1) = 2 x T(n) - T(n-1).
+/// A Chebyshev series without its last terms that are smaller than `tolerance` times the largest.
+fn above(series: &[f64], tolerance: f64) -> &[f64] {
+    let largest = series.iter().fold(0.0f64, |largest, c| largest.max(c.abs()));
+    let last = series.iter().rposition(|c| c.abs() > tolerance * largest);
+    &series[..last.map_or(0, |last| last + 1)]
+}
+
+/// Converts at most [`MAX_TERMS`] Chebyshev coefficients to those of powers.
 fn powers(coefficients: &[f64]) -> Vec<f64> {
+    static POLYNOMIALS: LazyLock<Vec<Vec<f64>>> = LazyLock::new(chebyshev_polynomials);
     let mut powers = vec![0.0; coefficients.len()];
-    let (mut before, mut current) = (vec![], vec![1.0]);
-    for &coefficient in coefficients {
-        for (power, t) in powers.iter_mut().zip(&current) {
+    for (coefficient, polynomial) in coefficients.iter().zip(POLYNOMIALS.iter()) {
+        for (power, t) in powers.iter_mut().zip(polynomial) {
             *power += coefficient * t;
         }
+    }
+    powers
+}
+
+/// The first [`MAX_TERMS`] Chebyshev polynomials in powers, by T(n+1) = 2 x T(n) - T(n-1).
+fn chebyshev_polynomials() -> Vec<Vec<f64>> {
+    let mut polynomials = vec![vec![1.0], vec![0.0, 1.0]];
+    while let [.., before, current] = &polynomials[..]
+        && polynomials.len() < MAX_TERMS
+    {
         let mut next = vec![0.0; current.len() + 1];
-        let doubling = if current.len() == 1 { 1.0 } else { 2.0 };
         for (power, t) in current.iter().enumerate() {
-            next[power + 1] += doubling * t;
+            next[power + 1] = 2.0 * t;
         }
         for (power, t) in before.iter().enumerate() {
             next[power] -= t;
         }
-        before = std::mem::replace(&mut current, next);
+        polynomials.push(next);
     }
-    powers
+    polynomials
+}
+
+/// Coefficients of powers in pairs of an even and an odd one.
+fn pairs(powers: &[f64]) -> Vec<[f64; 2]> {
+    powers.chunks(2).map(|pair| [pair[0], pair.get(1).copied().unwrap_or(0.0)]).collect()
 }
 
 #[cfg(test)]

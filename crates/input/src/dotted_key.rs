@@ -2,12 +2,27 @@
 
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
+/// Parts of a key at most: three times as many as keys of plans and rig files have. A document writes every section with its whole path: a campaign
+/// with a key of a thousand parts took a second for each cell.
+const MOST_PARTS: usize = 12;
+
+/// Characters of its first part that are shown.
+const SHOWN: usize = 40;
+
 /// A key that cannot be set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotAKey {
     /// A part of its path is a value and not a section.
     #[error("`{0}` is not a key of a section, such as `array.spacing_mm`")]
     NotInASection(String),
+    /// It has too many parts.
+    #[error("a key that begins with `{begins}` has {parts} parts; a key has {MOST_PARTS} at most")]
+    TooDeep {
+        /// Its first part.
+        begins: String,
+        /// How many it has.
+        parts: usize,
+    },
     /// An array of tables has no entry of this number.
     #[error(
         "`{key}`: there is no `{array}.{index}`; [[{array}]] has {count} entries, numbered from 0"
@@ -28,10 +43,14 @@ pub enum NotAKey {
 /// `focus.0.x_mm`. Missing sections are added; comments around an old value are kept.
 ///
 /// # Errors
-/// [`NotAKey`] if a part of the path is a value, or an entry is missing.
+/// [`NotAKey`] if a part of the path is a value, an entry is missing, or the key has more than 12 parts.
 pub fn set_key(document: &mut DocumentMut, key: &str, mut value: Value) -> Result<(), NotAKey> {
     let not_in_a_section = || NotAKey::NotInASection(key.to_owned());
     let mut sections: Vec<&str> = key.split('.').collect();
+    if sections.len() > MOST_PARTS {
+        let begins = sections[0].chars().take(SHOWN).collect();
+        return Err(NotAKey::TooDeep { begins, parts: sections.len() });
+    }
     let last = sections.pop().filter(|last| !last.is_empty()).ok_or_else(not_in_a_section)?;
     let mut table: &mut dyn TableLike = document.as_table_mut();
     let mut sections = sections.into_iter();
@@ -90,6 +109,17 @@ mod tests {
             "`focus.2.x_mm`: there is no `focus.2`; [[focus]] has 2 entries, numbered from 0"
         );
         assert!(with("focus.x_mm", 5.0).is_err());
+    }
+
+    #[test]
+    fn a_key_of_thousands_of_parts_is_refused() {
+        let deepest = ["a"; MOST_PARTS].join(".");
+        assert!(with(&deepest, 1).is_ok());
+        let refused = with(&format!("{deepest}.{deepest}"), 1).expect_err("too deep");
+        assert_eq!(
+            refused.to_string(),
+            "a key that begins with `a` has 24 parts; a key has 12 at most"
+        );
     }
 
     #[test]

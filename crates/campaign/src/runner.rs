@@ -175,12 +175,11 @@ impl<'a> Runner<'a> {
     /// Whether a cell belongs to what was asked for.
     fn is_selected(&self, cell: &Cell) -> bool {
         let folder = self.folder.borrow();
-        let log = folder.state().cells.get(&self.campaign.id_of(cell));
+        let id = self.campaign.id_of(cell);
+        let log = folder.state().cells.get(&id);
         match (self.selection, log.map(|log| &log.state)) {
             (Selection::Open, None | Some(CellState::Begun | CellState::Measured)) => true,
-            (Selection::Open, Some(CellState::Failed { .. })) => {
-                log.is_some_and(|log| log.failures <= self.campaign.retry.attempts)
-            }
+            (Selection::Open, Some(CellState::Failed { .. })) => self.attempts_left(&id) > 0,
             (Selection::Open, Some(CellState::Closed { .. })) => false,
             (Selection::Failed, state) => matches!(state, Some(CellState::Failed { .. })),
             (Selection::Changed, Some(CellState::Closed { .. })) => {
@@ -198,7 +197,7 @@ impl<'a> Runner<'a> {
         let folder = self.folder.borrow();
         let failures = folder.state().cells.get(id).map_or(0, |log| log.failures);
         match self.selection {
-            Selection::Open => all.saturating_sub(failures).max(1),
+            Selection::Open => all.saturating_sub(failures),
             Selection::Failed | Selection::Changed => all,
         }
     }

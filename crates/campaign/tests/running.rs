@@ -135,6 +135,12 @@ fn a_cell_whose_process_was_killed_between_two_attempts_has_those_that_are_left(
     assert_eq!(failures(), 3, "none is left");
     run(&campaign, &laboratory, &folder, Selection::Failed);
     assert_eq!(failures(), 6, "asked for, it has all again");
+    *laboratory.scans.borrow_mut() = Box::new(|_| Scan::Killed);
+    run(&campaign, &laboratory, &folder, Selection::Failed);
+    laboratory.revive();
+    *laboratory.scans.borrow_mut() = Box::new(|_| Scan::Fails);
+    run(&campaign, &laboratory, &folder, Selection::Open);
+    assert_eq!(failures(), 7, "the interrupted attempt is made again, and no further one");
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
-/// Parts of a key at most: three times as many as keys of plans and rig files have. A document writes every section with its whole path: a campaign
-/// with a key of a thousand parts took a second for each cell.
+/// Parts of a key at most: the longest in the scans and rigs of this repository has five. A document writes every section with its whole path, so that
+/// a campaign with a key of a thousand parts took a second for each cell.
 const MOST_PARTS: usize = 12;
 
 /// Characters of its first part that are shown.

@@ -30,7 +30,8 @@ impl Runner<'_> {
             let id = self.campaign.id_of(cell);
             self.log(What::Failed { cell: id.clone(), reason: reason.clone() })?;
             self.laboratory.tell(News::Failed(&id, reason)).await;
-            attempts -= 1;
+            // None was left where the process was killed in an attempt that a person had asked for: this was that attempt again.
+            attempts = attempts.saturating_sub(1);
             if attempts == 0 {
                 self.draw(None).await;
                 return Ok(outcome);

@@ -4,6 +4,7 @@ use fieldgap_acoustics::transducer::Piston;
 use fieldgap_acoustics::{
     Array, Element, Excitation, Medium, PathLengths, Simulation, Simulator, Vec3,
 };
+use fieldgap_virtual_rig::counter_rng::CounterRng;
 use nalgebra::Vector3;
 
 use super::crosstalk::neighbours;
@@ -183,4 +184,50 @@ pub(crate) fn amplitudes_with(effect: &dyn Effect, named: &[usize]) -> [f64; 3] 
     let mut elements = [Element::at(0.0, 0.0); 3];
     effect.elements(Setting { choice: &choice, ..bench.at(&[]) }, &mut elements);
     elements.map(|element| element.amplitude)
+}
+
+/// Three rows across a focus, each flown forth and back.
+pub(crate) struct Flown {
+    pub bench: Bench,
+    pub observations: Observations,
+}
+
+impl Flown {
+    pub const SPEED_M_S: f64 = 0.05;
+
+    /// With dark readings and 1 % of noise, as a set-up with this effect reads them, its places scattered by so many millimetres along x and y.
+    pub fn with(id: EffectId, value: f64, scatter_mm: f64) -> Self {
+        let row = |y_mm: f64, back: bool| {
+            (0..40).map(move |n| {
+                let x_mm = f64::from(if back { 39 - n } else { n }) - 19.5;
+                Vec3::new(1e-3 * x_mm, 1e-3 * y_mm, 0.1)
+            })
+        };
+        let places_m: Vec<Vec3> = [-6.0, 1.0, 5.0]
+            .into_iter()
+            .flat_map(|y_mm| row(y_mm, false).chain(row(y_mm, true)))
+            .collect();
+        let focus = Excitation::Focus(Vec3::z() * 0.1);
+        let bench = Bench::of(Array::square(8, 8, 10e-3).expect("not empty"), focus.clone());
+        let mut observations = bench.observations(&[(focus, places_m.clone())]);
+        let rng = CounterRng::new(5);
+        let rayleigh = |n: u64| rng.normal(2 * n).hypot(rng.normal(2 * n + 1));
+        observations.scans[0].dark = (1000..1032).map(rayleigh).collect();
+        for visit in &mut observations.scans[0].drives[0].visits {
+            let direction = if visit.number / 40 % 2 == 0 { 1.0 } else { -1.0 };
+            visit.motion = Motion::steady(Vec3::x() * Self::SPEED_M_S * direction, direction);
+            visit.otherwise = None;
+            let [x, y] = [0, 1].map(|axis| rng.normal(2 * visit.number as u64 + axis));
+            visit.at_m += 1e-3 * scatter_mm * Vec3::new(x, y, 0.0);
+        }
+        read(&mut observations, &bench.model(id, &[value]));
+        let scan = &mut observations.scans[0];
+        let drive = &mut scan.drives[0];
+        for (n, (visit, at_m)) in drive.visits.iter_mut().zip(places_m).enumerate() {
+            visit.at_m = at_m;
+            drive.readings[n] *= 1.0 + 0.01 * rng.normal(3000 + n as u64);
+            drive.stabilised[n] = scan.scale.of(drive.readings[n]);
+        }
+        Self { bench, observations }
+    }
 }

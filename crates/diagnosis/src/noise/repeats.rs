@@ -14,42 +14,58 @@ const TAKEN_UP_M: f64 = 2.5e-3;
 /// Standard errors by which repeats that were approached from different sides must differ more than the others for that to be the reason.
 const SHOWN: f64 = 4.0;
 
+/// Two visits of one point in succession, under one drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Repeat {
+    /// Number of the drive among those of its scan.
+    pub drive: usize,
+    /// The earlier visit and the later one, among those of the drive.
+    pub visits: [usize; 2],
+    /// Whether the robot came to both from the same side along x, far enough that any play was taken up.
+    pub is_alike: bool,
+}
+
+/// Points that were visited again, less those whose readings are at full scale.
+pub(crate) fn repeats(scan: &ObservedScan) -> Vec<Repeat> {
+    /// Nanometres within which two visits are of one point.
+    const SAME_NM: f64 = 1e4;
+    let full_scale = full_scale(scan);
+    let mut repeats = Vec::new();
+    for (number, drive) in scan.drives.iter().enumerate() {
+        let mut seen = HashMap::new();
+        for (index, visit) in drive.visits.iter().enumerate() {
+            let cell: [i64; 3] = visit.at_m.map(|m| (m * 1e9 / SAME_NM).round() as i64).into();
+            let Some(before) = seen.insert(cell, index) else { continue };
+            if drive.readings[index].max(drive.readings[before]) < full_scale {
+                let is_alike = are_approached_alike(&drive.visits[before], visit);
+                repeats.push(Repeat { drive: number, visits: [before, index], is_alike });
+            }
+        }
+    }
+    repeats
+}
+
 /// Repeated visits of a point, with the mean of both readings as their level, since the expected reading may still be far off.
 ///
-/// Where the robot came from different sides play makes them differ, and that is no noise: if these differ clearly more than those that were
+/// Where the robot came from different sides its play makes them differ, and that is no noise: if these differ clearly more than those that were
 /// approached alike, they are left out.
 pub(crate) fn pairs_beside(
     scan: &ObservedScan,
     levels: &[Vec<Level>],
     detector: Detector,
 ) -> Vec<Pair> {
-    /// Nanometres within which two visits are of one point.
-    const SAME_NM: f64 = 1e4;
-    let full_scale = full_scale(scan);
-    let mut pairs = Vec::new();
     let (mut alike, mut otherwise) = (Vec::new(), Vec::new());
-    for (drive, levels) in scan.drives.iter().zip(levels) {
-        let mut seen = HashMap::new();
-        for (index, visit) in drive.visits.iter().enumerate() {
-            let cell: [i64; 3] = visit.at_m.map(|m| (m * 1e9 / SAME_NM).round() as i64).into();
-            if let Some(before) = seen.insert(cell, index) {
-                if drive.readings[index].max(drive.readings[before]) >= full_scale {
-                    continue;
-                }
-                let beyond = |i: usize| drive.readings[i] - levels[i].reading;
-                let reading = 0.5 * (drive.readings[index] + drive.readings[before]);
-                let level = Level { reading, ..levels[index] };
-                let variance = 0.5 * (visit.variance + drive.visits[before].variance);
-                let difference = (beyond(index) - beyond(before)) / variance.sqrt();
-                let usual = USUAL_PROPORTIONAL_NOISE * reading + scan.scatter.additive;
-                let of = match are_approached_alike(&drive.visits[before], visit) {
-                    true => &mut alike,
-                    false => &mut otherwise,
-                };
-                of.push((pairs.len(), (difference / usual.max(f64::MIN_POSITIVE)).powi(2)));
-                pairs.push(Pair::new(level, scan.averaged, detector, difference));
-            }
-        }
+    let mut pairs = Vec::new();
+    for Repeat { drive, visits: [before, index], is_alike } in repeats(scan) {
+        let (drive, levels) = (&scan.drives[drive], &levels[drive]);
+        let beyond = |i: usize| drive.readings[i] - levels[i].reading;
+        let reading = 0.5 * (drive.readings[index] + drive.readings[before]);
+        let level = Level { reading, ..levels[index] };
+        let variance = 0.5 * (drive.visits[index].variance + drive.visits[before].variance);
+        let difference = (beyond(index) - beyond(before)) / variance.sqrt();
+        let of = if is_alike { &mut alike } else { &mut otherwise };
+        of.push((pairs.len(), (difference / usual_noise(scan, reading)).powi(2)));
+        pairs.push(Pair::new(level, scan.averaged, detector, difference));
     }
     if alike.len() < FEWEST_REPEATS || otherwise.len() < FEWEST_REPEATS {
         return pairs;
@@ -62,6 +78,11 @@ pub(crate) fn pairs_beside(
         true => alike.into_iter().map(|(number, _)| pairs[number]).collect(),
         false => pairs,
     }
+}
+
+/// What a reading usually scatters by, so that repeats of high and low levels count alike.
+pub(crate) fn usual_noise(scan: &ObservedScan, reading: f64) -> f64 {
+    (USUAL_PROPORTIONAL_NOISE * reading + scan.scatter.additive).max(f64::MIN_POSITIVE)
 }
 
 /// Whether the robot came to both visits from the same side along x, far enough that any play was taken up.

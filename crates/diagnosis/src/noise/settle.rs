@@ -9,11 +9,13 @@ use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::{Observations, ObservedDrive};
 use crate::model::pressure::Pressure;
+use crate::noise::by_direction::with_play_or_lag;
 use crate::noise::judge::{judge_scatter, settled};
 use crate::statistics::reading_pairs::{Compression, Level};
 use crate::statistics::scatter::Scatter;
 
-/// Judges the scatter of every scan again, by the expected readings. If the model is `fitted`, its residuals are used too.
+/// Judges the scatter of every scan again, by the expected readings. If the model is `fitted`, its residuals are used too. A play or a lag that
+/// repeats show is no scatter, whether the model has it or not.
 pub(crate) fn settle_scatter(
     observations: &mut Observations,
     model: &ForwardModel<'_>,
@@ -38,7 +40,7 @@ fn levels(
     /// Turbulence, rad over one metre, and variance of the position, mm², small enough to be linear in the square.
     const TURBULENCE: f64 = 1e-3;
     const JITTER_MM2: f64 = 1e-4;
-    let model = model.without_fluctuations();
+    let model = with_play_or_lag(model.without_fluctuations(), observations, nuisance, context);
     let probed = |id: EffectId, choice: Choice, values: &[f64]| {
         let instance = Instance { effect: effect(id), choice };
         model.and(&instance, values, context).pressures(observations, nuisance)

@@ -78,8 +78,8 @@ impl Effect for NoiseFloor {
     }
 
     /// Nothing reads less than the floor.
-    fn is_allowed(&self, at: Setting<'_>, scatter: &Scatter) -> bool {
-        self.floor(at) <= scatter.most_floor
+    fn most(&self, scatter: &Scatter, context: &Context) -> Vec<f64> {
+        vec![(scatter.most_floor / context.largest_reading).powi(2)]
     }
 
     /// What dark readings say of a floor: for it, or, where they could have shown one and did not, against it.

@@ -77,10 +77,8 @@ impl Effect for PositionJitter {
         Some(((0.5 * (values[0] + values[1])).max(0.0).sqrt(), Fluctuation::OfPosition))
     }
 
-    fn is_allowed(&self, at: Setting<'_>, scatter: &Scatter) -> bool {
-        at.values[..2]
-            .iter()
-            .all(|variance_mm2| variance_mm2.max(0.0).sqrt() <= scatter.most_jitter_mm)
+    fn most(&self, scatter: &Scatter, _context: &Context) -> Vec<f64> {
+        vec![scatter.most_jitter_mm.powi(2); 2]
     }
 
     fn scattered_position(

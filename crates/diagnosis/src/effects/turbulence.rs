@@ -75,8 +75,8 @@ impl Effect for Turbulence {
         at.values[0] > 0.0
     }
 
-    fn is_allowed(&self, at: Setting<'_>, scatter: &Scatter) -> bool {
-        at.values[0] <= scatter.most_turbulence
+    fn most(&self, scatter: &Scatter, _context: &Context) -> Vec<f64> {
+        vec![scatter.most_turbulence]
     }
 
     fn fluctuation(&self, values: &[f64], choice: &Choice) -> Option<(f64, Fluctuation)> {

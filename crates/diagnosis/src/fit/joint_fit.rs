@@ -297,6 +297,7 @@ fn descended(
     let nuisance = nuisance.beside(&instances, &context.stated);
     let mut unknowns = unknowns(&instances, &values, &spreads, &nuisance, context);
     let problem = Problem::new(observations, context, &instances, &values);
+    problem.limit(&mut unknowns);
     let mut kept = None;
     let mut age = 0;
     let mut at: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();

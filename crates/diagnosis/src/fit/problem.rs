@@ -13,7 +13,7 @@ use crate::fit::left::Left;
 use crate::fit::slopes::Slopes;
 use crate::model::effect::{Context, Stage};
 use crate::model::forward_model::{ForwardModel, Pressures};
-use crate::model::instance::{Active, Instance, Setting};
+use crate::model::instance::{Active, Instance};
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
 use crate::model::phases::PhaseResiduals;
@@ -140,6 +140,16 @@ impl<'o> Problem<'o> {
         match self.plausible(numbers) {
             true => self.evaluate(numbers).squared.clone(),
             false => vec![f64::NAN],
+        }
+    }
+
+    /// Gives each parameter of the effects the range in which it is plausible. A search that only refuses what is outside makes no step at all where one of
+    /// them would leave its range: the others then stay where they began.
+    pub fn limit(&self, unknowns: &mut [Unknown]) {
+        for (instance, numbers) in self.layout.parts() {
+            let ranges = ranges(self.observations, self.context, instance);
+            let of_effect = unknowns[numbers].iter_mut().zip(ranges);
+            of_effect.for_each(|(unknown, range)| unknown.range = Some(range));
         }
     }
 
@@ -392,12 +402,19 @@ pub(crate) fn is_plausible(
     instance: &Instance,
     values: &[f64],
 ) -> bool {
+    let ranges = ranges(observations, context, instance);
+    ranges.iter().zip(values).all(|((least, most), value)| (*least..=*most).contains(value))
+}
+
+/// In which each of an effect's parameters is plausible, and allowed by repeats and dark readings.
+fn ranges(observations: &Observations, context: &Context, instance: &Instance) -> Vec<(f64, f64)> {
     let parameters = instance.effect.parameters_of(&instance.choice);
-    if !parameters.iter().zip(values).all(|(p, v)| (p.least..=p.most).contains(v)) {
-        return false;
+    let mut ranges: Vec<(f64, f64)> = parameters.iter().map(|p| (p.least, p.most)).collect();
+    for scan in &observations.scans {
+        let of_scan = instance.effect.most(&scan.scatter, context);
+        ranges.iter_mut().zip(of_scan).for_each(|(range, most)| range.1 = range.1.min(most));
     }
-    let at = Setting { values, choice: &instance.choice, context };
-    observations.scans.iter().all(|scan| instance.effect.is_allowed(at, &scan.scatter))
+    ranges
 }
 
 #[cfg(test)]

@@ -385,9 +385,9 @@ pub(crate) trait Effect: Sync {
         false
     }
 
-    /// Whether repeats and dark readings of a scan allow it at this size.
-    fn is_allowed(&self, _at: Setting<'_>, _scatter: &Scatter) -> bool {
-        true
+    /// The most of its first parameters that repeats and dark readings of a scan allow; none of others.
+    fn most(&self, _scatter: &Scatter, _context: &Context) -> Vec<f64> {
+        Vec::new()
     }
 
     /// What the dark readings of a scan say for it, in nats.

@@ -4,7 +4,7 @@ use super::*;
 use fieldgap_acoustics::{Array, Excitation};
 
 use crate::effects::effect;
-use crate::effects::testing::{Bench, nuisance, read};
+use crate::effects::testing::{Bench, Flown, nuisance, read};
 use crate::model::effect::Choice;
 use crate::model::phases::PhaseMeaning;
 use crate::statistics::phase_noise::PhaseNoise;
@@ -111,4 +111,25 @@ fn amplitudes_lead_where_phases_are_off_by_more_than_half_a_turn() {
     let found = fit(&observations, &bench.context, start, SEARCH);
     assert!((found.values[0][0] - RATIO).abs() < 2e-4, "{:?}", found.values);
     assert!(is_near(found.chi_square, &observations), "{}", found.chi_square);
+}
+
+/// Repeats allow less of a scattered position than these readings have. Beside it, at that limit, play is found as without a limit.
+#[test]
+fn an_effect_at_its_limit_leaves_the_others_free() {
+    const PLAY_MM: f64 = 0.7;
+    const MOST_JITTER_MM: f64 = 0.1;
+    let Flown { bench, mut observations } = Flown::with(EffectId::Backlash, PLAY_MM, 0.4);
+    observations.scans[0].scatter.most_jitter_mm = MOST_JITTER_MM;
+    let instances = [EffectId::PositionJitter, EffectId::Backlash]
+        .map(|id| Instance { effect: effect(id), choice: Choice::None });
+    let start = Start {
+        instances: instances.to_vec(),
+        values: vec![vec![MOST_JITTER_MM.powi(2); 3], vec![0.1]],
+        spreads: vec![f64::NAN; 2],
+        nuisance: None,
+    };
+    let found = fit(&observations, &bench.context, start, SEARCH);
+    let [variances_mm2, play_mm] = &found.values[..] else { panic!("{:?}", found.values) };
+    assert!(variances_mm2[..2].iter().all(|v| *v <= MOST_JITTER_MM.powi(2)), "{variances_mm2:?}");
+    assert!((play_mm[0] - PLAY_MM).abs() < 0.2, "{play_mm:?}");
 }

@@ -103,7 +103,7 @@ impl Causes {
 
 fn scan() -> Scan {
     let foci = [[5.0, -10.0, 100.0], [-15.0, 10.0, 130.0]];
-    Scan::new(6, &foci, 22, &[80.0, 120.0, 160.0, 200.0])
+    Scan::new(6, &foci, 18, &[80.0, 120.0, 160.0, 200.0])
 }
 
 /// That what a set of few effects leaves is not taken for noise.

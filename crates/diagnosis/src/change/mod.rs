@@ -17,7 +17,7 @@
 //!
 //! with m the simulated reading, θ the effects that both have, δ the change, and d the discrepancy of the model at the place, the same in both
 //! (M. C. Kennedy and A. O'Hagan, "Bayesian calibration of computer models", J. R. Stat. Soc. B 63, 425, 2001). A flexible model of A gives
-//! θ (`common`); then B less d = z(A) - z(m(x; θ)) is diagnosed by the usual phases, with θ held and the noise of both readings. On this scale
+//! θ (`model_of_both`); then B less d = z(A) - z(m(x; θ)) is diagnosed by the usual phases, with θ held and the noise of both readings. On this scale
 //! d is a factor where the field is strong and an amount where it is weak, as errors of a model are. An error of θ cancels to first order:
 //! it changes the signature of δ, and not the difference that no change would leave.
 //!
@@ -33,7 +33,7 @@
 //! Every effect but the simulator's own defects; amplitude or phase of one element alone (`effects::one_element`); pairs of the best
 //! (`search`). Evidence, rivals and tests of the residual are those of a diagnosis.
 
-mod common;
+mod model_of_both;
 mod noise;
 mod pairs;
 mod report;
@@ -46,7 +46,7 @@ use fieldgap_acoustics::Simulator;
 use fieldgap_comparison::{Incomparable, has_phases};
 use fieldgap_records::RecordedScan;
 
-use self::common::ModelOfA;
+use self::model_of_both::ModelOfA;
 use self::noise::{MostNoise, noise_left};
 use self::pairs::Pairs;
 use self::report::Report;

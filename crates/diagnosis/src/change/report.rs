@@ -8,7 +8,7 @@ use fieldgap_comparison::{Noise, NoiseSource, Uncertain};
 use fieldgap_records::RecordedScan;
 use rayon::prelude::*;
 
-use crate::change::common::ModelOfA;
+use crate::change::model_of_both::ModelOfA;
 use crate::change::result::{
     ChangeCandidate, ChangeDiagnosis, ChangeVerdict, CommonModel, ParameterChange, RecordName,
 };

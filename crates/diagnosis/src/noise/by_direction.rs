@@ -15,10 +15,7 @@ use crate::model::forward_model::ForwardModel;
 use crate::model::instance::Instance;
 use crate::model::nuisance::Nuisance;
 use crate::model::observations::Observations;
-use crate::noise::repeats::{repeats, usual_noise};
-
-/// Standard errors by which a play or a lag must differ from none: normal numbers do so once in 16,000.
-const SHOWN: f64 = 4.0;
+use crate::noise::repeats::{SHOWN, repeats, usual_noise};
 
 /// Steps of the fit: the differences are nearly linear in a small part of a wavelength.
 const STEPS: usize = 3;

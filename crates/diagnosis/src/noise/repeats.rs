@@ -11,8 +11,8 @@ use crate::statistics::reading_pairs::{Detector, Level, Pair};
 /// Way along x after which play is taken up, m: that of belts and screws is below two millimetres.
 const TAKEN_UP_M: f64 = 2.5e-3;
 
-/// Standard errors by which repeats that were approached from different sides must differ more than the others for that to be the reason.
-const SHOWN: f64 = 4.0;
+/// Standard errors by which the side from which repeats were approached must show in their differences: normal numbers differ by so much once in 16,000.
+pub(crate) const SHOWN: f64 = 4.0;
 
 /// Two visits of one point in succession, under one drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

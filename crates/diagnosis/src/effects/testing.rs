@@ -186,14 +186,14 @@ pub(crate) fn amplitudes_with(effect: &dyn Effect, named: &[usize]) -> [f64; 3] 
     elements.map(|element| element.amplitude)
 }
 
-/// Three rows across a focus, each flown forth and back.
+/// Three rows across a focus, each flown forth and back at a speed of its own, which tells play from a lag.
 pub(crate) struct Flown {
     pub bench: Bench,
     pub observations: Observations,
 }
 
 impl Flown {
-    pub const SPEED_M_S: f64 = 0.05;
+    const SPEEDS_M_S: [f64; 3] = [0.02, 0.05, 0.1];
 
     /// With dark readings and 1 % of noise, as a set-up with this effect reads them, its places scattered by so many millimetres along x and y.
     pub fn with(id: EffectId, value: f64, scatter_mm: f64) -> Self {
@@ -215,7 +215,8 @@ impl Flown {
         observations.scans[0].dark = (1000..1032).map(rayleigh).collect();
         for visit in &mut observations.scans[0].drives[0].visits {
             let direction = if visit.number / 40 % 2 == 0 { 1.0 } else { -1.0 };
-            visit.motion = Motion::steady(Vec3::x() * Self::SPEED_M_S * direction, direction);
+            let speed_m_s = Self::SPEEDS_M_S[visit.number / 80];
+            visit.motion = Motion::steady(Vec3::x() * speed_m_s * direction, direction);
             visit.otherwise = None;
             let [x, y] = [0, 1].map(|axis| rng.normal(2 * visit.number as u64 + axis));
             visit.at_m += 1e-3 * scatter_mm * Vec3::new(x, y, 0.0);

@@ -157,14 +157,16 @@ mod tests {
     }
 
     #[test]
-    fn rows_flown_in_both_directions_show_play_and_no_scattered_position() {
-        for play_mm in [0.7, -0.4] {
-            let (effects, fluctuation) = shown(EffectId::Backlash, play_mm, 0.0);
-            // At one speed a lag makes the same differences as positive play.
-            let [(id, value)] = effects[..] else { panic!("{effects:?}") };
-            let value_mm = if id == EffectId::Lag { 2e3 * Flown::SPEED_M_S * value } else { value };
-            assert!((value_mm - play_mm).abs() < 0.05, "{effects:?}");
-            assert_eq!(fluctuation, 0.0);
+    fn rows_flown_in_both_directions_show_play_or_lag_and_no_scattered_position() {
+        for (id, value, error) in [
+            (EffectId::Backlash, 0.7, 0.05),
+            (EffectId::Backlash, -0.4, 0.05),
+            (EffectId::Lag, 5e-3, 0.5e-3),
+        ] {
+            let (effects, fluctuation) = shown(id, value, 0.0);
+            let [(found, by)] = effects[..] else { panic!("{effects:?}") };
+            assert!(found == id && (by - value).abs() < error, "{id} {value}: {effects:?}");
+            assert_eq!(fluctuation, 0.0, "{id} {value}");
         }
     }
 

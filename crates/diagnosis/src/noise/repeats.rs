@@ -15,7 +15,7 @@ const TAKEN_UP_M: f64 = 2.5e-3;
 pub(crate) const SHOWN: f64 = 4.0;
 
 /// Two visits of one point in succession, under one drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Repeat {
     /// Number of the drive among those of its scan.
     pub drive: usize,

@@ -25,7 +25,7 @@ pub(super) enum Sizes {
     OneOf(Vec<Parameters>),
 }
 
-/// Every id that can be drawn. (A level that settles, `warm-up`, is told as a `gain-drift` with its time constants, and is not drawn.)
+/// Every id that can be drawn. (A level that settles, `warm-up`, is told as a `gain-drift` with its time constant, and is not drawn.)
 pub(super) const IDS: [&str; 37] = [
     "sound-speed",
     "absorption",

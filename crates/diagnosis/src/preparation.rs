@@ -117,6 +117,7 @@ fn context(observations: &Observations, scans: &[RecordedScan]) -> Context {
         largest_reading: observations.readings().into_iter().fold(0.0, f64::max),
         unit: scans[0].setup.unit.clone(),
         highest_m: highest.fold(0.0, f64::max),
+        lasts_s: observations.scans[0].lasts_s(),
         dark_floor: floors.fold(0.0, f64::max),
         common: None,
         stated: stated_uncertainty(&scans[0].setup, observations.elements()),

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use fieldgap_acoustics::{Excitation, Simulation, Vec3};
-use fieldgap_diagnosis::{EffectId, Verdict, diagnose};
+use fieldgap_diagnosis::{EffectId, FittedParameter, Verdict, diagnose};
 use fieldgap_records::RecordedScan;
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
 use num_complex::Complex64;
@@ -112,7 +112,7 @@ fn a_driver_off_its_frequency_emits_delays_within_its_period() {
 
 /// A rig that warms up by an exponential law while it scans. By a linear one it was left unexplained, or a standing wave was named beside it.
 #[test]
-fn a_rig_that_warms_up_drifts() {
+fn a_rig_that_warms_up_drifts_with_a_time_constant() {
     for (seed, change, constants) in [(31, 0.1, 4.0), (32, -0.06, 8.0)] {
         let scan = Scan::new(6, &[[5.0, 0.0, 100.0]], 26, &[80.0, 100.0, 120.0]);
         let believed = scan.believed(0);
@@ -129,6 +129,18 @@ fn a_rig_that_warms_up_drifts() {
         let field = field.expect("no effects").into_iter().enumerate().map(warm).collect();
         let diagnosis = diagnose(&[scan.record(vec![field], seed)], None).expect("comparable");
         named_alone(&diagnosis, EffectId::GainDrift);
+        // The first reading has 1 - change of the settled level, the last next to all of it, and each takes 0.1 s.
+        let left = change * (-constants).exp();
+        let drift = (1.0 - left) / (1.0 - change) - 1.0;
+        let truth = [("relative", drift), ("time_constant_s", 0.1 * last / constants)];
+        for (name, truth) in truth {
+            let found = &diagnosis.ranked[0].parameters[&format!("gain-drift.{name}")];
+            let FittedParameter::Real { value, standard_error } = found else {
+                panic!("{name}: {found:?}")
+            };
+            assert!((value - truth).abs() < 3.0 * standard_error, "{name}: {value} {truth}");
+            assert!(*standard_error < 0.5 * truth.abs(), "{name}: {value} ± {standard_error}");
+        }
     }
 }
 

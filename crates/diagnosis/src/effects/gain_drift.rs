@@ -73,17 +73,21 @@ impl Effect for GainDrift {
         1.0 + at.values[0] * share
     }
 
-    fn describe(&self, fitted: &[Estimate], _choice: &Choice, _believed: &Context) -> Finding {
+    fn describe(&self, fitted: &[Estimate], _choice: &Choice, believed: &Context) -> Finding {
         if let [relative, constants] = *fitted {
+            let Context { lasts_s, .. } = *believed;
+            let time_constant =
+                constants.map(lasts_s / constants.value, lasts_s / constants.value.powi(2));
             let sentence = format!(
-                "the level changes by {:.1} ± {:.1} % from the beginning to the end of the scan, most of it at first, as a rig does that warms up: \
-                 the scan lasts {:.1} ± {:.1} time constants",
+                "the level changes by {:.1} ± {:.1} % from the beginning to the end of the scan, most of it at first, as that of a rig that warms up: \
+                 it settles with a time constant of {:.0} ± {:.0} s",
                 100.0 * relative.value,
                 100.0 * relative.error,
-                constants.value,
-                constants.error
+                time_constant.value,
+                time_constant.error
             );
-            let parameters = [("relative", relative.real()), ("time_constants", constants.real())];
+            let parameters =
+                [("relative", relative.real()), ("time_constant_s", time_constant.real())];
             return Finding::new(parameters, sentence);
         }
         let sentence = format!(
@@ -99,6 +103,7 @@ impl Effect for GainDrift {
 mod tests {
     use super::*;
     use crate::effects::testing::Bench;
+    use crate::fitted_parameter::FittedParameter;
 
     #[test]
     fn the_gain_at_the_end_is_off_by_the_drift() {
@@ -114,5 +119,20 @@ mod tests {
         let gain = |progress| GainDrift.gain(bench.at(&[0.2, 50.0]), progress);
         assert!((gain(1.0) - 1.2).abs() < 1e-12);
         assert!((gain(0.02) - 1.0 - 0.2 * 0.632).abs() < 1e-3);
+    }
+
+    /// A scan of 600 s that lasts 4 ± 0.4 time constants: each has 150 s, with a tenth of it as error.
+    #[test]
+    fn the_time_constant_is_told_in_seconds() {
+        let bench = Bench::new();
+        let fitted = [(-0.1, 0.01), (4.0, 0.4)];
+        let fitted = fitted.map(|(value, error)| Estimate { value, error });
+        let found = GainDrift.describe(&fitted, &SETTLING, &bench.context);
+        let FittedParameter::Real { value, standard_error } = found.parameters["time_constant_s"]
+        else {
+            panic!("{found:?}")
+        };
+        assert!((value - 150.0).abs() < 1e-9 && (standard_error - 15.0).abs() < 1e-9);
+        assert!(found.sentence.contains("time constant of 150 ± 15 s"), "{}", found.sentence);
     }
 }

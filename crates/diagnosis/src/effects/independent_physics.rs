@@ -57,6 +57,7 @@ fn context() -> Context {
         largest_reading: 100.0,
         unit: "V".to_owned(),
         highest_m: 0.14,
+        lasts_s: SCAN_S,
         dark_floor: 0.0,
         common: None,
         stated: StatedUncertainty::default(),
@@ -312,6 +313,26 @@ fn every_effect_changes_the_readings_as_the_virtual_rigs_effect_does() {
         }
     }
     assert!(wrong.is_empty(), "beyond {BOUND}: {}", wrong.join(", "));
+}
+
+/// What the settling law of a drift and the rig's warm-up make of the level, but for the gain, which a fit finds.
+#[test]
+fn a_drift_that_settles_is_the_virtual_rigs_warm_up() {
+    let (visits, context) = (visits(), context());
+    let truth = toml::toml! { warm-up = { relative = 0.1, time_constant_s = 15.0 } };
+    let true_readings = rig_readings(&truth, &visits);
+    let undisturbed = rig_readings(&toml::Table::new(), &visits);
+    let constants = SCAN_S / 15.0;
+    let drift = (1.0 + 0.1 * f64::exp(-constants)) / 1.1 - 1.0;
+    let law = effect(EffectId::GainDrift).choices().swap_remove(1);
+    let instance = Instance { effect: effect(EffectId::GainDrift), choice: law };
+    let model = ForwardModel::of(&[instance], &[vec![drift, constants]], &context);
+    let expected = expected(&model, &visits, log_gain(&visits));
+    let left = |readings: &[f64]| {
+        let gain = best_gain(&true_readings, readings);
+        rms(true_readings.iter().zip(readings).map(|(t, e)| t - gain * e))
+    };
+    assert!(left(&expected) < BOUND * left(&undisturbed));
 }
 
 /// Turbulence and a scattered position change the mean of a reading and make it scatter: both over many readings of one place.

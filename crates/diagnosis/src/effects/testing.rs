@@ -48,6 +48,7 @@ impl Bench {
             largest_reading: 2.0,
             unit: "V".to_owned(),
             highest_m: 0.15,
+            lasts_s: 600.0,
             dark_floor: 0.0,
             common: None,
             stated: StatedUncertainty::default(),

@@ -212,6 +212,8 @@ pub(crate) struct Context {
     pub unit: String,
     /// The highest point, m.
     pub highest_m: f64,
+    /// Time from the first driven reading of the (first) scan to the last, s.
+    pub lasts_s: f64,
     /// The floor that dark readings show, in the reading's unit; zero for none.
     pub dark_floor: f64,
     /// What is known from another record of the same rig, and held; `None` where the set-up alone is believed.

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use fieldgap_acoustics::Vec3;
-use fieldgap_diagnosis::{Diagnosis, EffectId, diagnose};
+use fieldgap_acoustics::{Excitation, Vec3};
+use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, Verdict, diagnose};
 use fieldgap_input::TomlSource;
 use fieldgap_records::{RecordedSample, RecordedScan, ScanSetup};
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
@@ -23,6 +23,8 @@ struct Coded<'c> {
     places_m: Vec<Vec3>,
     /// Phases of a drive, rad, given the number of elements.
     drive: fn(usize, &mut ChaCha8Rng) -> Vec<f64>,
+    /// What the driver makes of a phase, rad.
+    driven: fn(f64) -> f64,
     causes: &'c str,
     noise: f64,
     seed: u64,
@@ -35,7 +37,7 @@ fn random_phases(elements: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
 
 impl Coded<'_> {
     fn record(&self) -> RecordedScan {
-        let Self { side, drives, reads, places_m, drive, causes, noise, seed } = self;
+        let Self { side, drives, reads, places_m, drive, driven, causes, noise, seed } = self;
         let mut random = ChaCha8Rng::seed_from_u64(*seed);
         let mut text = format!(
             "format = 1\nname = \"coded\"\nrecorded = 2026-11-20T10:02:00Z\nreading = \"V\"\n\
@@ -52,7 +54,10 @@ impl Coded<'_> {
         let causes: toml::Table = causes.parse().expect("TOML");
         let mut samples = Vec::new();
         for number in 0..*drives {
-            let simulation = setup.simulation(setup.simulator, number).expect("a drive");
+            let mut simulation = setup.simulation(setup.simulator, number).expect("a drive");
+            if let Excitation::Phases(phases_rad) = &mut simulation.excitation {
+                phases_rad.iter_mut().for_each(|phase_rad| *phase_rad = driven(*phase_rad));
+            }
             let first = samples.len();
             let places = places_m.iter().flat_map(|place| std::iter::repeat_n(place, *reads));
             let visits: Vec<Visit> = places
@@ -100,6 +105,7 @@ const NOTHING: Coded<'_> = Coded {
     reads: 1,
     places_m: Vec::new(),
     drive: random_phases,
+    driven: |phase_rad| phase_rad,
     causes: "",
     noise: 0.01,
     seed: 7,
@@ -124,6 +130,30 @@ fn odd_calibrations_are_diagnosed_without_a_panic() {
             assert!(!found.verdict.names_a_cause(), "{}", found.sentence);
         }
     }
+}
+
+/// One zero for 120 drives, that is no sixteenth of a step: one a thirty-second of a step off rounds an element of each drive to the other side.
+#[test]
+fn steps_of_many_drives_are_counted_from_one_zero() {
+    const STEP_RAD: f64 = TAU / 10.0;
+    const ZERO: f64 = 0.169;
+    let driven: fn(f64) -> f64 =
+        |phase_rad| ((phase_rad / STEP_RAD + ZERO).round() - ZERO) * STEP_RAD;
+    let places_m = [[0.0, 0.0, 0.15], [15.0, -8.0, 0.15], [-9.0, 12.0, 0.17]]
+        .map(|[x_mm, y_mm, z_m]| Vec3::new(1e-3 * x_mm, 1e-3 * y_mm, z_m));
+    let coded =
+        Coded { side: 6, drives: 120, reads: 2, places_m: places_m.into(), driven, ..NOTHING };
+    let found = coded.diagnosed().expect("comparable");
+    assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+    assert_eq!(found.effects, [EffectId::PhaseQuantisation], "{}", found.sentence);
+    let parameters = &found.ranked[0].parameters;
+    let steps =
+        |p: &FittedParameter| matches!(p, FittedParameter::Real { value, .. } if *value == 10.0);
+    assert!(steps(&parameters["phase-quantisation.steps"]), "{parameters:?}");
+    let FittedParameter::Each { value, .. } = &parameters["phase-quantisation.zeros"] else {
+        panic!("{parameters:?}")
+    };
+    assert!(value.len() == 1 && (value[0] - ZERO).abs() < 1e-3, "{value:?}");
 }
 
 /// More elements than the readings of one drive would tell, each with a departure of its own.

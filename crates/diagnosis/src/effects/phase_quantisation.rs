@@ -96,12 +96,17 @@ pub(crate) fn steps_in_a_period() -> impl Iterator<Item = u32> {
     (2..=EVERY_STEPS).chain(often)
 }
 
-/// The zeros of all drives together that are looked at: sixteenths of a step.
-pub(crate) const COMMON_ZEROS: u16 = 16;
+/// Binary digits of the common zeros that are compared first: sixteenths of a step.
+pub(crate) const FIRST_DIGITS: u32 = 4;
 
-/// A number of the [`COMMON_ZEROS`], in the unit of a choice.
-pub(crate) fn common_zero(number: u16) -> u16 {
-    number * (u16::MAX / COMMON_ZEROS + 1)
+/// The common zeros that are compared first, in the unit of a choice.
+pub(crate) fn first_common_zeros() -> impl Iterator<Item = u16> {
+    (0..1 << FIRST_DIGITS).map(|number| number << (u16::BITS - FIRST_DIGITS))
+}
+
+/// Binary digits of a zero, as a part of a step; of sixteenths all four.
+pub(crate) fn digits(zero: u16) -> u32 {
+    (u16::BITS - zero.trailing_zeros()).max(FIRST_DIGITS)
 }
 
 /// A step, rad.
@@ -138,11 +143,20 @@ pub(crate) fn zeros_of_a_drive(phases_rad: &[f64], step_rad: f64) -> Vec<u16> {
         // Closer ones are equal but for rounding errors.
         .filter(|(place, next)| next - *place > 4.0 / PARTS_OF_A_STEP)
         // What lies half a step from the zero is rounded to either side.
-        .map(|(place, next)| (0.5 - 0.5 * (place + next)).rem_euclid(1.0) * PARTS_OF_A_STEP)
-        .map(|zero| zero as u16)
+        .map(|(place, next)| shortest_zero(0.5 - 0.5 * (place + next), 0.25 * (next - place)))
         .collect();
     zeros.sort_unstable();
     zeros
+}
+
+/// The zero of the fewest binary digits that is this near to a part of a step.
+fn shortest_zero(part: f64, within: f64) -> u16 {
+    let zero = |digits: u32| {
+        let parts = f64::from(1u32 << digits);
+        (part * parts).round() / parts
+    };
+    let near = (FIRST_DIGITS..u16::BITS).map(zero).find(|zero| (zero - part).abs() <= within);
+    (near.unwrap_or(part).rem_euclid(1.0) * PARTS_OF_A_STEP) as u16
 }
 
 #[cfg(test)]

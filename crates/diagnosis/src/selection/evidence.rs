@@ -9,12 +9,12 @@
 //! deviations are wide, and the readings still determine what the two make together: the volume of the whole covariance is smaller than the
 //! product of the effects' own by the determinant of their correlations, whose root is a further penalty.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{LN_2, PI, TAU};
 use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use crate::effects::phase_quantisation::{COMMON_ZEROS, steps_in_a_period};
+use crate::effects::phase_quantisation::{FIRST_DIGITS, digits, steps_in_a_period};
 use crate::fit::joint_fit::Fit;
 use crate::fit::left::{Left, Likelihood};
 use crate::limits::{ANOTHER_EFFECT, EFFECT_SIZE_SPAN, NO_EFFECT, SPREAD_SPAN, most_in_a_set};
@@ -127,13 +127,16 @@ pub(crate) fn cost_of_freedom(parameters: usize, size: f64) -> f64 {
     (p * size.max(1.0).ln() + (EFFECT_SIZE_SPAN.get() * sphere).ln() - 0.5 * p * TAU.ln()).max(0.0)
 }
 
-/// The penalty, nats, for a choice among elements or steps.
+/// The penalty, nats, for a choice among elements or steps. Of a zero that all drives share, each binary digit is one more choice of two.
 pub(crate) fn cost_of_choice(choice: &Choice, elements: usize) -> f64 {
     match choice {
         Choice::None | Choice::Law(_) => 0.0,
         Choice::Steps(_, zeros) => {
             let zeros = match zeros.len() {
-                0 | 1 => f64::from(COMMON_ZEROS).ln(),
+                0 | 1 => {
+                    let digits = zeros.first().map_or(FIRST_DIGITS, |&zero| digits(zero));
+                    f64::from(digits) * LN_2
+                }
                 drives => drives as f64 * (elements as f64).ln(),
             };
             (steps_in_a_period().count() as f64).ln() + zeros

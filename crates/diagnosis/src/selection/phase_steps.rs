@@ -7,8 +7,8 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::effects::phase_quantisation::{
-    COMMON_ZEROS, common_zero, rounded_rad, step_rad, steps_in_a_period, turned_from, whole_steps,
-    zeros_of_a_drive,
+    FIRST_DIGITS, first_common_zeros, rounded_rad, step_rad, steps_in_a_period, turned_from,
+    whole_steps, zeros_of_a_drive,
 };
 use crate::limits::STEPS_REFINED;
 use crate::model::effect::Choice;
@@ -33,7 +33,7 @@ impl QuickScores<'_> {
             .collect();
         let all = TurnedDrive::all(self, 1);
         let finer = best_of(rough, STEPS_REFINED).into_par_iter().map(|steps| {
-            let choice = self.zeros(self.all(), steps, &all).1;
+            let choice = self.finer_zeros(steps, &all);
             (self.cost_of_steps(&choice), choice)
         });
         let worth = |(cost, choice): &(f64, Choice)| self.is_worth_a_fit(*cost, choice);
@@ -43,40 +43,81 @@ impl QuickScores<'_> {
         best_of(worth.into_iter().map(penalised).collect(), 1)
     }
 
-    /// The best zeros for a number of steps by these readings, a common one or one for each drive, with their penalised cost.
+    /// The best zeros for a number of steps by these readings, a common one of the first or one for each drive, with their penalised cost.
     fn zeros(
         &self,
         readings: &[ChangedReadings<'_>],
         steps: u32,
         turned: &[TurnedDrive],
     ) -> (f64, Choice) {
-        let common =
-            (0..COMMON_ZEROS).map(|number| Choice::Steps(steps, vec![common_zero(number)]));
-        let last = self.drives.iter().map(|drive| drive.number).max().unwrap_or(0);
-        // A perfect fit would not be worth a zero for each of many drives with few readings.
-        let is_worth_it = self.is_worth_a_fit(0.0, &Choice::Steps(steps, vec![0; last + 1]));
-        let small = steps >= SMALL_STEPS && !turned.is_empty();
-        let each = is_worth_it.then(|| {
-            let mut of_each = vec![0; last + 1];
-            for drive in &self.drives {
-                let turned = turned.get(drive.place).filter(|_| small);
-                of_each[drive.number] = self.zero_of(drive, &readings[drive.place], steps, turned);
-            }
-            Choice::Steps(steps, of_each)
-        });
+        let first = first_common_zeros().map(|zero| Choice::Steps(steps, vec![zero]));
+        let each = self.zero_of_each(readings, steps, turned);
+        self.cheapest(readings, steps, turned, first.chain(each))
+    }
+
+    /// The same by all readings, with the common zero to as many binary digits as the readings are worth: one that is off by a part of a step rounds that part of all
+    /// phases to the wrong side.
+    fn finer_zeros(&self, steps: u32, turned: &[TurnedDrive]) -> Choice {
+        /// Digits of which the last rounds one of four thousand phases otherwise.
+        const MOST_DIGITS: u32 = 12;
+        let cheapest =
+            |of: &mut dyn Iterator<Item = Choice>| self.cheapest(self.all(), steps, turned, of);
+        let common = |zero: u16| Choice::Steps(steps, vec![zero]);
+        let mut best = cheapest(&mut first_common_zeros().map(common));
+        for digits in FIRST_DIGITS + 1..=MOST_DIGITS {
+            let Choice::Steps(_, zeros) = &best.1 else { break };
+            let (zero, by) = (zeros[0], 1 << (u16::BITS - digits));
+            let beside = [zero, zero.wrapping_sub(by), zero.wrapping_add(by)];
+            best = cheapest(&mut beside.into_iter().map(common));
+        }
+        let each = self.zero_of_each(self.all(), steps, turned);
+        cheapest(&mut [best.1].into_iter().chain(each)).1
+    }
+
+    /// The best of these zeros for a number of steps by these readings, with its penalised cost.
+    fn cheapest(
+        &self,
+        readings: &[ChangedReadings<'_>],
+        steps: u32,
+        turned: &[TurnedDrive],
+        of: impl Iterator<Item = Choice>,
+    ) -> (f64, Choice) {
         let count: usize = readings.iter().map(ChangedReadings::len).sum();
         let share = self.observations.len() as f64 / count as f64;
         let cost = |choice: &Choice| {
-            let cost = match small {
+            let cost = match Self::is_small(steps, turned) {
                 true => self.cost_of_small_steps(turned, choice),
                 false => self.quick_cost_of_steps(readings, choice),
             };
             share * cost + 2.0 * cost_of_choice(choice, self.elements())
         };
-        let all = common.chain(each);
-        all.map(|choice| (cost(&choice), choice))
+        of.map(|choice| (cost(&choice), choice))
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .unwrap_or((f64::INFINITY, Choice::None))
+    }
+
+    /// Whether steps are so small that a first order tells what they change.
+    fn is_small(steps: u32, turned: &[TurnedDrive]) -> bool {
+        steps >= SMALL_STEPS && !turned.is_empty()
+    }
+
+    /// The best zero of each drive by itself, if a perfect fit would be worth as many.
+    fn zero_of_each(
+        &self,
+        readings: &[ChangedReadings<'_>],
+        steps: u32,
+        turned: &[TurnedDrive],
+    ) -> Option<Choice> {
+        let last = self.drives.iter().map(|drive| drive.number).max().unwrap_or(0);
+        let mut of_each = vec![0; last + 1];
+        if !self.is_worth_a_fit(0.0, &Choice::Steps(steps, of_each.clone())) {
+            return None;
+        }
+        for drive in &self.drives {
+            let turned = turned.get(drive.place).filter(|_| Self::is_small(steps, turned));
+            of_each[drive.number] = self.zero_of(drive, &readings[drive.place], steps, turned);
+        }
+        Some(Choice::Steps(steps, of_each))
     }
 
     /// The best zero of a drive, by its readings alone, to first order in `turned` if it is given. From one zero to the next higher one an

@@ -57,6 +57,10 @@ impl FittedParameter {
                 let numbers: Vec<String> = value.iter().map(usize::to_string).collect();
                 numbers.join(", ")
             }
+            Self::Each { value, standard_error } if value.len() == 1 => {
+                let error = standard_error.first().copied().unwrap_or(f64::NAN);
+                format!("{}{unit}", with_error(value[0], error))
+            }
             Self::Each { value, standard_error } => {
                 let least = value.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
                 let most = value.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));

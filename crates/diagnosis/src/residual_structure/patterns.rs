@@ -10,6 +10,9 @@ use crate::statistics::significance::z_of_sum_of_squares;
 /// Readings of one place with the same error: no noise of a reading makes them.
 pub(crate) const REPEATS_ALIKE: &str = "repeats alike";
 
+/// Products of residuals at one distance below which they say nothing: of as many the sum has an excess kurtosis of 6/30.
+const FEWEST_PRODUCTS: f64 = 30.0;
+
 /// Residuals laid out by drive, in the order of the observations, with where they stand.
 struct DriveResiduals<'o> {
     drive: &'o ObservedDrive,
@@ -77,15 +80,14 @@ fn ripples(by_drive: &[DriveResiduals<'_>], power: f64) -> f64 {
     });
     let (mut squares, mut distances) = (0.0, 0.0);
     for (products, count) in products_apart(by_drive, apart) {
-        if count > 0.0 {
-            squares += products * products / (power * power * count);
-            distances += 1.0;
-        }
+        squares += products * products / (power * power * count);
+        distances += 1.0;
     }
     z_of_sum_of_squares(squares, distances)
 }
 
-/// Sum and number of the products of residuals at each of these distances, in steps along x and y.
+/// Sum and number of the products of residuals at each of these distances, in steps along x and y, where there are enough for a normal sum: one product of two
+/// normal numbers is beyond five once in 150.
 fn products_apart(
     by_drive: &[DriveResiduals<'_>],
     apart: impl IntoIterator<Item = (i64, i64)>,
@@ -112,7 +114,8 @@ fn products_apart(
             }
         }
     }
-    sums.into_iter().map(|(_, sums)| sums).collect()
+    let enough = |sums: &(f64, f64)| sums.1 >= FEWEST_PRODUCTS;
+    sums.into_iter().map(|(_, sums)| sums).filter(enough).collect()
 }
 
 /// Chi-square of slow patterns across the planes beyond that of noise.
@@ -298,6 +301,26 @@ mod tests {
         assert!(z(ripples, &noise).abs() < 3.0, "{}", z(ripples, &noise));
         assert!(z(ripples, &fringes) > 6.0, "{}", z(ripples, &fringes));
         assert!(z(neighbours, &fringes) < 3.0 && z(slow_patterns, &fringes) < 3.0);
+    }
+
+    /// Two lines that cross have one or two pairs of readings at most distances.
+    #[test]
+    fn noise_along_two_lines_that_cross_is_no_ripple() {
+        let whole = planes_of_points();
+        let line = |along: Vec3| {
+            let at_m = move |n: usize| 2e-3 * f64::from(n as u32) * along;
+            let visits = whole.visits[..60].iter().enumerate();
+            visits.map(move |(n, visit)| Visit { at_m: at_m(n), ..*visit })
+        };
+        let visits = line(Vec3::x()).chain(line(Vec3::y())).collect();
+        let drive = ObservedDrive { visits, ..whole.clone() };
+        let mut draws = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+        let mut normal = || (0..12).map(|_| draws.random_range(-0.5..0.5)).sum::<f64>();
+        let mut z = || {
+            let residuals: Vec<f64> = (0..120).map(|_| normal()).collect();
+            ripples(&[DriveResiduals { drive: &drive, residuals: &residuals }], 1.0)
+        };
+        assert!((0..300).all(|_| z() < 4.0));
     }
 
     /// A step of the level and one of the place along x after two thirds of a scan, of half the noise and of all of it, and noise alone.

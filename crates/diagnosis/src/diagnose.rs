@@ -12,10 +12,10 @@ use crate::advice::outlook::{Outlook, PossibleReading, outlook};
 use crate::effect_id::EffectId;
 use crate::elements_account::account;
 use crate::fit::any::refined;
-use crate::fit::joint_fit::SEARCH;
+use crate::fit::joint_fit::{Fit, SEARCH};
 use crate::limits::{
-    ANOTHER_CAUSE, FEWEST_READINGS, MOST_EFFECTS, MOST_ELEMENT_READINGS, MOST_ELEMENTS,
-    NOISE_ROUNDS, READINGS_OF_A_SEARCH,
+    ANOTHER_CAUSE, FEWEST_READINGS, FLUCTUATION_POSSIBLE, MOST_EFFECTS, MOST_ELEMENT_READINGS,
+    MOST_ELEMENTS, NOISE_ROUNDS, READINGS_OF_A_SEARCH,
 };
 use crate::model::effect::Context;
 use crate::model::forward_model::ForwardModel;
@@ -28,6 +28,7 @@ use crate::report::builder::ReportBuilder;
 use crate::result::{Diagnosis, ElementsAccount, Verdict};
 use crate::selection::model_search::{ModelSearch, in_question};
 use crate::selection::scored_model::{ScoredModel, is_near, leaves_noise};
+use crate::statistics::scatter::Scatter;
 use crate::verdict::fresh::{CorrectedTest, FreshReadings, FreshTest};
 use crate::verdict::gap_size::{as_believed, noise_floor};
 use crate::verdict::judged::Judged;
@@ -234,10 +235,31 @@ impl<'s> Findings<'s> {
     }
 }
 
+/// Searches beside the noise that repeats tell. Few of them may not tell a fluctuating field from a steady one with more noise: where nothing explains the gap
+/// beside steady noise, and they prefer a fluctuating field, the search beside that counts if it explains the gap.
+fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
+    let mut fluctuating = observations.clone();
+    let sets = searched_beside_noise(observations, context);
+    let scatters = || observations.scans.iter().map(|scan| &scan.scatter);
+    let may_fluctuate = |scatter: &Scatter| {
+        scatter.fluctuation == 0.0 && scatter.prefers_fluctuation > FLUCTUATION_POSSIBLE
+    };
+    if is_near(&sets[0].fit, observations) || !scatters().any(may_fluctuate) {
+        return sets;
+    }
+    fluctuating.scans.iter_mut().for_each(|scan| scan.scatter.may_fluctuate = true);
+    let others = searched_beside_noise(&mut fluctuating, context);
+    if !is_near(&others[0].fit, &fluctuating) {
+        return sets;
+    }
+    *observations = fluctuating;
+    others
+}
+
 /// Searches first on some of the readings, with the noise that repeats and dark readings give. The best set then refines the noise, and
 /// the search continues on more readings until noise and effects agree. The noise is judged from all readings, because few of
 /// them hold few repeats. The best sets are fitted to all readings at the end.
-fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
+fn searched_beside_noise(observations: &mut Observations, context: &Context) -> Vec<ScoredModel> {
     let nuisance = as_believed(observations);
     settle_scatter(observations, &ForwardModel::believed(), &nuisance, context, false);
     leave_out_outliers(observations, &ForwardModel::believed(), &nuisance);
@@ -248,13 +270,17 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
     if leave_out_outliers(observations, &best.model(context), &best.nuisance) {
         best = refined(best, observations, context, SEARCH, None);
     }
-    if noise_is_told && !is_near(&best, observations) {
+    let mut noise = if !noise_is_told || leaves_noise(&best, observations) {
+        settled_again(observations, &best.model(context), &best.nuisance, context)
+    } else if is_near(&best, observations) {
+        NoiseChange::Alike
+    } else {
         // A fit far from the readings says nothing about their noise.
-        return search.on_all(observations, context).found();
-    }
-    let mut noise = match !noise_is_told || leaves_noise(&best, observations) {
-        true => settled_again(observations, &best.model(context), &best.nuisance, context),
-        false => NoiseChange::Alike,
+        let Some((others, noise)) = nearer_beside_noise(best, observations, context) else {
+            return search.on_all(observations, context).found();
+        };
+        *observations = others;
+        noise
     };
     let mut some = observations.thinned(most);
     search = search.on_all_after(noise == NoiseChange::Misled, &some, context);
@@ -278,6 +304,18 @@ fn searched(observations: &mut Observations, context: &Context) -> Vec<ScoredMod
         search = search.on_all_after(false, observations, context);
     }
     search.found()
+}
+
+/// The readings with the noise that a fit far from them shows, within what few repeats allow, if the fit is near them then.
+fn nearer_beside_noise(
+    fit: Fit,
+    observations: &Observations,
+    context: &Context,
+) -> Option<(Observations, NoiseChange)> {
+    let mut others = observations.clone();
+    let noise = settled_again(&mut others, &fit.model(context), &fit.nuisance, context);
+    let again = refined(fit, &others, context, SEARCH, None);
+    is_near(&again, &others).then_some((others, noise))
 }
 
 /// Whether rivals may only lack effects that a set of few has no room for.

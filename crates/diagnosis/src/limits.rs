@@ -108,6 +108,10 @@ pub(crate) const FLOOR_MARGIN: f64 = 0.1;
 /// to one. Set by judgement.
 pub(crate) static FLUCTUATION_SHOWN: DecisiveLimit = DecisiveLimit::new("fluctuation-shown", 10.0);
 
+/// Nats by which repeats must prefer a fluctuating field for one to be tried where steady noise leaves a gap that nothing explains: odds of twenty to one.
+/// Set by judgement.
+pub(crate) const FLUCTUATION_POSSIBLE: f64 = 3.0;
+
 /// Nats by which repeats and dark readings may contradict the noise that all readings show, which may be a gap. Set by judgement.
 pub(crate) const NOISE_AGAINST_REPEATS: f64 = 3.0;
 

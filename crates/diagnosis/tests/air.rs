@@ -68,6 +68,14 @@ fn strong_turbulence_is_found_in_rows() {
     is_turbulence(&scan, 2.7, &mut ChaCha8Rng::seed_from_u64(1));
 }
 
+/// Thirty repeats prefer such a field by little: their scatter was taken for noise of four percent of the level, beside which nothing explained the gap.
+#[test]
+fn weak_turbulence_is_found_where_few_places_were_read_again() {
+    let mut scan = Scan::new(6, &[[-18.0, 7.0, 90.0]], 30, &[55.0, 90.0]);
+    scan.places_m.truncate(2 * 30 * 30 + 30);
+    is_turbulence(&scan, 0.15, &mut ChaCha8Rng::seed_from_u64(2));
+}
+
 /// Here no rows tell the noise.
 #[test]
 fn strong_turbulence_is_found_in_scattered_readings() {

@@ -78,7 +78,8 @@ impl Effect for PositionJitter {
     }
 
     fn most(&self, scatter: &Scatter, _context: &Context) -> Vec<f64> {
-        vec![scatter.most_jitter_mm.powi(2); 2]
+        // Repeats bound the mean of both variances.
+        vec![2.0 * scatter.most_jitter_mm.powi(2); 2]
     }
 
     fn scattered_position(

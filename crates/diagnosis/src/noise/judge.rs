@@ -2,12 +2,14 @@
 //!
 //! The model of a reading stands in [`Scatter`]'s module.
 
+use std::sync::Arc;
+
 use fieldgap_acoustics::golden_section::least_positive;
 use fieldgap_comparison::{DarkNoise, DarkReadings, PlaneNoise, USUAL_PROPORTIONAL_NOISE};
 
 use crate::limits::{
-    FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_SHOWN, LEAST_ADDITIVE_NOISE, MOST_SHARE,
-    NOISE_AGAINST_REPEATS, NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, USUAL_ADDITIVE_NOISE,
+    FEWEST_REPEATS, FLOOR_MARGIN, FLUCTUATION_POSSIBLE, FLUCTUATION_SHOWN, LEAST_ADDITIVE_NOISE,
+    MOST_SHARE, NOISE_AGAINST_REPEATS, NOISE_SEARCH_FACTOR, ROUGHNESS_FACTOR, USUAL_ADDITIVE_NOISE,
 };
 use crate::model::observations::ObservedScan;
 use crate::noise::fluctuating::fluctuating;
@@ -106,6 +108,8 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         additive,
         fluctuation: 0.0,
         cause: Fluctuation::OfPaths,
+        prefers_fluctuation: 0.0,
+        may_fluctuate: scan.scatter.may_fluctuate,
         most_turbulence: f64::INFINITY,
         most_jitter_mm: f64::INFINITY,
         floor: known.floor,
@@ -118,7 +122,8 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         pairs: pairs.into(),
         told_by_map: false,
     };
-    let pairs = &scatter.pairs;
+    let pairs = Arc::clone(&scatter.pairs);
+    let pairs = &pairs;
     if pairs.len() < FEWEST_REPEATS {
         return match scan.map_noise.filter(|noise| !noise.is_bound) {
             Some(noise) => by_map(scan, scatter, noise, dark.is_some(), lowest),
@@ -141,7 +146,10 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     // What no dark reading tells is no sign of a fluctuation.
     let additive = if dark.is_some() { additive } else { steady_additive };
     let (fluctuation, cause, fluctuating_cost) = best_fluctuation(pairs, additive);
-    if steady_cost - fluctuating_cost - of_silence(additive) > FLUCTUATION_SHOWN.get() {
+    let prefers_fluctuation = steady_cost - fluctuating_cost - of_silence(additive);
+    let scatter = Scatter { prefers_fluctuation, ..scatter };
+    let shown = if scatter.may_fluctuate { FLUCTUATION_POSSIBLE } else { FLUCTUATION_SHOWN.get() };
+    if prefers_fluctuation > shown {
         let share = best_share(pairs, additive, fluctuation, cause).0;
         return Scatter { share, additive, fluctuation, cause, ..scatter }.with_limits();
     }

@@ -22,6 +22,10 @@ pub(crate) struct Scatter {
     pub fluctuation: f64,
     /// Its cause.
     pub cause: Fluctuation,
+    /// Nats by which repeats and dark readings prefer a fluctuating field to a steady one.
+    pub prefers_fluctuation: f64,
+    /// Whether the field is taken to fluctuate though they prefer that by little.
+    pub may_fluctuate: bool,
     /// The most turbulence that the repeats allow, rad over one metre of path.
     pub most_turbulence: f64,
     /// The most scatter of the position that the repeats allow, mm.
@@ -50,6 +54,8 @@ impl Default for Scatter {
             additive: 0.0,
             fluctuation: 0.0,
             cause: Fluctuation::OfPaths,
+            prefers_fluctuation: 0.0,
+            may_fluctuate: false,
             most_turbulence: f64::INFINITY,
             most_jitter_mm: f64::INFINITY,
             floor: 0.0,

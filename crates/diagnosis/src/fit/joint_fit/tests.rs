@@ -130,6 +130,9 @@ fn an_effect_at_its_limit_leaves_the_others_free() {
     };
     let found = fit(&observations, &bench.context, start, SEARCH);
     let [variances_mm2, play_mm] = &found.values[..] else { panic!("{:?}", found.values) };
-    assert!(variances_mm2[..2].iter().all(|v| *v <= MOST_JITTER_MM.powi(2)), "{variances_mm2:?}");
+    assert!(
+        variances_mm2[..2].iter().all(|v| *v <= 2.0 * MOST_JITTER_MM.powi(2)),
+        "{variances_mm2:?}"
+    );
     assert!((play_mm[0] - PLAY_MM).abs() < 0.2, "{play_mm:?}");
 }

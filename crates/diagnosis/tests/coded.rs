@@ -21,6 +21,8 @@ struct Coded<'c> {
     /// How often each drive is read at each place.
     reads: usize,
     places_m: Vec<Vec3>,
+    /// How far from each place the receiver stood along x, mm; empty where it stood there. All drives are then read at one place before the robot moves.
+    off_mm: &'c [f64],
     /// Phases of a drive, rad, given the number of elements.
     drive: fn(usize, &mut ChaCha8Rng) -> Vec<f64>,
     /// What the driver makes of a phase, rad.
@@ -37,7 +39,8 @@ fn random_phases(elements: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
 
 impl Coded<'_> {
     fn record(&self) -> RecordedScan {
-        let Self { side, drives, reads, places_m, drive, driven, causes, noise, seed } = self;
+        let Self { side, drives, reads, places_m, off_mm, drive, driven, causes, noise, seed } =
+            self;
         let mut random = ChaCha8Rng::seed_from_u64(*seed);
         let mut text = format!(
             "format = 1\nname = \"coded\"\nrecorded = 2026-11-20T10:02:00Z\nreading = \"V\"\n\
@@ -68,13 +71,27 @@ impl Coded<'_> {
                     time_s: 0.05 * (first + n) as f64,
                 })
                 .collect();
-            let levels = noise_free_readings(&simulation, &causes, 0.05, &visits, *seed);
+            let stood = visits.iter().enumerate().map(|(n, visit)| {
+                let off_mm = off_mm.get(n / reads).copied().unwrap_or(0.0);
+                Visit { position_m: visit.position_m + Vec3::x() * 1e-3 * off_mm, ..*visit }
+            });
+            let stood: Vec<Visit> = stood.collect();
+            let levels = noise_free_readings(&simulation, &causes, 0.05, &stood, *seed);
             for (visit, level) in visits.iter().zip(levels.expect("valid causes")) {
                 let normal: f64 = StandardNormal.sample(&mut random);
                 let reading = level * (1.0 + noise * normal);
                 let Visit { position_m, time_s, .. } = *visit;
                 let drive = Some(number);
                 samples.push(RecordedSample::measured(time_s, drive, position_m, reading, None));
+            }
+        }
+        if !off_mm.is_empty() {
+            let place = |sample: &RecordedSample| {
+                places_m.iter().position(|place_m| (place_m - sample.position_m()).norm() < 1e-6)
+            };
+            samples.sort_by_key(place);
+            for (n, sample) in samples.iter_mut().enumerate() {
+                sample.time_s = 0.05 * n as f64;
             }
         }
         RecordedScan { setup, samples }
@@ -104,6 +121,7 @@ const NOTHING: Coded<'_> = Coded {
     drives: 300,
     reads: 1,
     places_m: Vec::new(),
+    off_mm: &[],
     drive: random_phases,
     driven: |phase_rad| phase_rad,
     causes: "",
@@ -154,6 +172,28 @@ fn steps_of_many_drives_are_counted_from_one_zero() {
         panic!("{parameters:?}")
     };
     assert!(value.len() == 1 && (value[0] - ZERO).abs() < 1e-3, "{value:?}");
+}
+
+/// To the first of four places the robot came from below or from above, which no record says: with play it stood to one side of it.
+#[test]
+fn play_is_named_whichever_side_the_first_place_was_approached_from() {
+    let places_m = [-0.016, 0.012, -0.005, 0.027].map(|x_m| Vec3::new(x_m, 0.4 * x_m, 0.15));
+    for first_mm in [-0.4, 0.4] {
+        let coded = Coded {
+            side: 6,
+            drives: 60,
+            reads: 2,
+            places_m: places_m.into(),
+            off_mm: &[first_mm, -0.4, 0.4, -0.4],
+            ..NOTHING
+        };
+        let found = coded.diagnosed().expect("comparable");
+        assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+        assert_eq!(found.effects, [EffectId::Backlash], "{}", found.sentence);
+        let play = &found.ranked[0].parameters["backlash.mm"];
+        let FittedParameter::Real { value, .. } = play else { panic!("{play:?}") };
+        assert!((value - 0.8).abs() < 0.08, "{value}");
+    }
 }
 
 /// More elements than the readings of one drive would tell, each with a departure of its own.

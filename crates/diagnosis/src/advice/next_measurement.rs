@@ -318,6 +318,7 @@ impl Proposal {
                                     x_direction,
                                 ),
                                 otherwise: None,
+                                begins: false,
                                 time_s: lasts_s * number as f64 / total,
                                 progress: number as f64 / total,
                                 variance: 1.0,

@@ -116,6 +116,7 @@ pub(super) fn as_observations(
                 at_m: one.at_m,
                 motion: Motion::steady(one.velocity_m_s, x_direction),
                 otherwise: None,
+                begins: false,
                 time_s: progress * scan.lasts_s(),
                 progress,
                 variance: variance_at(scan, one.velocity_m_s.norm()),

@@ -120,6 +120,7 @@ fn expected(model: &ForwardModel<'_>, visits: &[rig::Visit], log_gain: f64) -> V
             at_m: visit.position_m,
             motion: Motion::steady(visit.velocity_m_s, visit.velocity_m_s.x.signum()),
             otherwise: None,
+            begins: false,
             time_s: visit.time_s,
             progress: visit.time_s / SCAN_S,
             variance: 1.0,

@@ -157,6 +157,7 @@ pub(crate) fn visit() -> Visit {
         at_m: Vec3::z() * 0.1,
         motion: Motion::steady(Vec3::zeros(), 0.0),
         otherwise: None,
+        begins: false,
         time_s: 0.0,
         progress: 0.0,
         variance: 1.0,

@@ -3,7 +3,7 @@
 //! A row is a run of readings along a line. Within it the way of the robot is known. How it came to the first reading of a row, or to a
 //! reading outside of any row, the record does not say. Either it made a run-up or stood still, so that a first reading has the motion of its
 //! row and a single reading has none; or it came straight from the reading before, at an even pace. Which of these holds is the same for a
-//! whole scan, and its readings decide.
+//! whole scan, and its readings decide. They also decide from which side the robot came to the first place of a record.
 
 use fieldgap_acoustics::Vec3;
 
@@ -78,15 +78,17 @@ impl Motion {
 pub(crate) struct Approach {
     /// Within a row the motion; elsewhere that after a run-up or at rest.
     pub motion: Motion,
-    /// Outside of a row: straight from the reading before.
+    /// Outside of a row: straight from the reading before, or from above along x where the record begins.
     pub otherwise: Option<Motion>,
+    /// Whether it is a reading of the first place of a record along x, to which the robot came from below or from above.
+    pub begins: bool,
 }
 
 /// The approach to each reading, from its time, s, and place, m.
 pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
     let ways = Ways::of(readings);
     let mut x = Direction { usual_m: ways.usual_m, ..Direction::default() };
-    (0..readings.len())
+    let mut approaches: Vec<Approach> = (0..readings.len())
         .map(|reading| {
             x.follow(readings[reading].1.x);
             let came = (x.now, x.since_m);
@@ -97,7 +99,7 @@ pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
             }
             let motion = ways.motion(reading, &x);
             if ways.in_row[reading] {
-                return Approach { motion, otherwise: None };
+                return Approach { motion, otherwise: None, begins: false };
             }
             let velocity_m_s = match reading {
                 0 => Vec3::zeros(),
@@ -111,9 +113,25 @@ pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
                 }
                 false => motion,
             };
-            Approach { motion, otherwise: Some(otherwise) }
+            Approach { motion, otherwise: Some(otherwise), begins: false }
         })
-        .collect()
+        .collect();
+    if x.now != 0.0 {
+        approaches.iter_mut().for_each(Approach::from_below_or_above);
+    }
+    approaches
+}
+
+impl Approach {
+    /// A robot that moves along x in a record came to its first place from one side.
+    fn from_below_or_above(&mut self) {
+        let Self { motion, otherwise: Some(otherwise), begins } = self else { return };
+        if motion.x_direction == 0.0 {
+            (motion.x_direction, motion.x_since_m) = (1.0, f64::INFINITY);
+            (otherwise.x_direction, otherwise.x_since_m) = (-1.0, f64::INFINITY);
+            *begins = true;
+        }
+    }
 }
 
 /// From one reading to the next.
@@ -399,7 +417,7 @@ mod tests {
         let motions: Vec<Motion> =
             approaches(&readings).iter().map(|approach| approach.motion).collect();
         let directions: Vec<f64> = motions.iter().map(|motion| motion.x_direction).collect();
-        assert_eq!(directions, [0.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(directions, [1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0]);
         // After a run-up play is taken up; between single readings the record says how far the robot went.
         assert!(motions[3..9].iter().all(|motion| motion.x_since_m == f64::INFINITY));
         assert!((motions[2].x_since_m - 0.1).abs() < 1e-12);
@@ -411,11 +429,14 @@ mod tests {
         let places = [(0.0, 0.0), (0.02, 0.01), (0.005, 0.013), (0.01, 0.03), (0.011, 0.0)];
         let readings: Vec<(f64, Vec3)> =
             places.iter().enumerate().map(|(n, &(x, y))| (n as f64, at(x, y))).collect();
-        let directions = [0.0, 1.0, -1.0, 1.0, 1.0];
+        // To the first the robot came from one side or the other.
+        let directions = [1.0, 1.0, -1.0, 1.0, 1.0];
         for (n, approach) in approaches(&readings).into_iter().enumerate() {
             assert_near(approach.motion.velocity_m_s(), Vec3::zeros());
             assert_eq!(approach.motion.x_direction, directions[n], "reading {n}");
             let otherwise = approach.otherwise.expect("no row");
+            assert_eq!(approach.begins, n == 0);
+            assert!(n > 0 || otherwise.x_direction == -1.0);
             let moved_m = if n == 0 { Vec3::zeros() } else { readings[n].1 - readings[n - 1].1 };
             assert_near(otherwise.velocity_m_s(), moved_m);
         }

@@ -99,8 +99,10 @@ pub(crate) struct Visit {
     pub at_m: Vec3,
     /// How the robot moved before it; outside of a row after a run-up or at rest.
     pub motion: Motion,
-    /// Outside of a row: the motion if it came straight from the reading before.
+    /// Outside of a row: the motion if it came straight from the reading before, or from the other side where the record begins.
     pub otherwise: Option<Motion>,
+    /// Whether it is of the first place of the record along x.
+    pub begins: bool,
     /// Time since the first driven reading of its scan, s.
     pub time_s: f64,
     /// How far through the scan, 0 at the first driven reading to 1 at the last.
@@ -360,12 +362,12 @@ fn visits<'s>(scan: &'s RecordedScan, pose: &Pose) -> Vec<(&'s RecordedSample, V
     let length_s = (last_s - first_s).max(f64::MIN_POSITIVE);
     let places: Vec<(f64, Vec3)> =
         driven.iter().map(|sample| (sample.time_s, pose.to_array(&sample.position_m()))).collect();
-    let visit = |(number, Approach { motion, otherwise }): (usize, Approach)| {
+    let visit = |(number, Approach { motion, otherwise, begins }): (usize, Approach)| {
         let (time_s, at_m) = places[number];
         let progress = (time_s - first_s) / length_s;
         let variance = variance(driven[number], usual);
         let time_s = time_s - first_s;
-        let visit = Visit { number, at_m, motion, otherwise, time_s, progress, variance };
+        let visit = Visit { number, at_m, motion, otherwise, begins, time_s, progress, variance };
         (driven[number], visit)
     };
     approaches(&places).into_iter().enumerate().map(visit).collect()

@@ -81,9 +81,9 @@ impl ForwardModel<'_> {
         for ((scan, pressures), nuisance) in observations.scans.iter().zip(pressures).zip(nuisance)
         {
             let gain = nuisance.log_gain.exp();
-            let straight = self.came_straight(scan, pressures, gain);
+            let way = self.arrival(scan, pressures, gain);
             for (drive, pressures) in scan.drives.iter().zip(pressures) {
-                let arrived = arrived(drive, pressures, straight);
+                let arrived = arrived(drive, pressures, way);
                 for ((visit, pressure), stabilised) in arrived.zip(&drive.stabilised) {
                     let Scaled { value, variance_ratio, .. } =
                         self.expected_on_scale(pressure, gain, visit.progress, scan);
@@ -96,7 +96,7 @@ impl ForwardModel<'_> {
             }
             if have_phases {
                 let first = residuals.phases.len();
-                let phases = self.phase_residuals(scan, pressures, gain, straight);
+                let phases = self.phase_residuals(scan, pressures, gain, way);
                 match &phases {
                     Some(phases) => {
                         residuals.phases.extend(&phases.scaled);
@@ -116,11 +116,11 @@ impl ForwardModel<'_> {
         scan: &ObservedScan,
         pressures: &[Vec<Pressure>],
         gain: f64,
-        straight: bool,
+        way: Arrival,
     ) -> Option<PhaseResiduals> {
         scan.phase?;
         let drives = scan.drives.iter().zip(pressures);
-        let arrived = drives.flat_map(|(drive, pressures)| arrived(drive, pressures, straight));
+        let arrived = drives.flat_map(|(drive, pressures)| arrived(drive, pressures, way));
         let pressures: Vec<&Pressure> = arrived.map(|(_, pressure)| pressure).collect();
         PhaseResiduals::of(scan, &pressures, gain, self.scatters_field())
     }
@@ -154,9 +154,9 @@ impl ForwardModel<'_> {
         for ((scan, pressures), nuisance) in observations.scans.iter().zip(pressures).zip(nuisance)
         {
             let gain = nuisance.log_gain.exp();
-            let straight = self.came_straight(scan, pressures, gain);
+            let way = self.arrival(scan, pressures, gain);
             for (drive, pressures) in scan.drives.iter().zip(pressures) {
-                let arrived = arrived(drive, pressures, straight);
+                let arrived = arrived(drive, pressures, way);
                 expected.extend(
                     arrived.map(|(visit, pressure)| {
                         self.expected(pressure, gain, visit.progress, scan)
@@ -174,24 +174,25 @@ impl ForwardModel<'_> {
         for ((scan, pressures), nuisance) in observations.scans.iter().zip(&pressures).zip(nuisance)
         {
             let gain = nuisance.log_gain.exp();
-            let straight = self.came_straight(scan, pressures, gain);
+            let way = self.arrival(scan, pressures, gain);
             for (drive, pressures) in scan.drives.iter().zip(pressures) {
-                let arrived = arrived(drive, pressures, straight);
+                let arrived = arrived(drive, pressures, way);
                 levels.extend(arrived.map(|(_, pressure)| pressure.times(gain)));
             }
         }
         levels
     }
 
-    /// Whether the readings of a scan outside of rows are likelier if the robot came to each straight from the one before.
-    fn came_straight(&self, scan: &ObservedScan, pressures: &[Vec<Pressure>], gain: f64) -> bool {
+    /// How the robot came to the readings of a scan outside of rows, by what makes them likelier.
+    fn arrival(&self, scan: &ObservedScan, pressures: &[Vec<Pressure>], gain: f64) -> Arrival {
         if !self.depends_on_arrival() {
-            return false;
+            return Arrival::default();
         }
-        let mut gained = 0.0;
+        let [mut by_the_other, mut by_the_other_side] = [0.0; 2];
         for (drive, pressures) in scan.drives.iter().zip(pressures) {
-            let [run_up, straight] = [false, true].map(|way| arrived(drive, pressures, way));
-            let visits = run_up.zip(straight).zip(&drive.stabilised);
+            let ways = [Arrival::default(), Arrival { straight: true, from_above: true }];
+            let [one, other] = ways.map(|way| arrived(drive, pressures, way));
+            let visits = one.zip(other).zip(&drive.stabilised);
             for (((visit, one), (_, other)), stabilised) in visits.filter(|v| !v.0.0.0.is_in_row())
             {
                 let cost = |pressure: &Pressure| {
@@ -199,10 +200,11 @@ impl ForwardModel<'_> {
                         self.expected_on_scale(pressure, gain, visit.progress, scan);
                     (stabilised - value).powi(2) / variance_ratio + variance_ratio.ln()
                 };
-                gained += cost(one) - cost(other);
+                let gained = if visit.begins { &mut by_the_other_side } else { &mut by_the_other };
+                *gained += cost(one) - cost(other);
             }
         }
-        gained > 0.0
+        Arrival { straight: by_the_other > 0.0, from_above: by_the_other_side > 0.0 }
     }
 
     /// No shift, and the gain of each scan that fits best beside this near field.
@@ -228,17 +230,33 @@ impl ForwardModel<'_> {
     }
 }
 
-/// Each visit of a drive with its pressure; outside of rows that of the other motion if the robot came `straight` from the reading before.
+/// How the robot came to readings outside of rows: by default after a run-up, and from below to the first place.
+#[derive(Debug, Clone, Copy, Default)]
+struct Arrival {
+    /// Straight from the reading before.
+    straight: bool,
+    /// To the first place from above along x.
+    from_above: bool,
+}
+
+impl Arrival {
+    /// Whether it was the other one of the two ways that a visit outside of rows may have been reached.
+    fn is_other(self, visit: &Visit) -> bool {
+        if visit.begins { self.from_above } else { self.straight }
+    }
+}
+
+/// Each visit of a drive with its pressure, as the robot came to it.
 fn arrived<'p>(
     drive: &'p ObservedDrive,
     pressures: &'p [Pressure],
-    straight: bool,
+    way: Arrival,
 ) -> impl Iterator<Item = (&'p Visit, &'p Pressure)> {
     let (own, others) = pressures.split_at(drive.visits.len());
     let mut others = others.iter();
     drive.visits.iter().zip(own).map(move |(visit, own)| {
         let other = if visit.is_in_row() { None } else { others.next() };
-        (visit, other.filter(|_| straight).unwrap_or(own))
+        (visit, other.filter(|_| way.is_other(visit)).unwrap_or(own))
     })
 }
 

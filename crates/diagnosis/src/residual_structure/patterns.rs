@@ -259,6 +259,7 @@ mod tests {
                 at_m,
                 motion,
                 otherwise: None,
+                begins: false,
                 time_s: 0.0,
                 progress: 0.0,
                 variance: 1.0,

@@ -8,6 +8,8 @@ use fieldgap_diagnosis::{EffectId, FittedParameter, Verdict, diagnose};
 use fieldgap_records::RecordedScan;
 use fieldgap_virtual_rig::{Visit, noise_free_readings};
 use num_complex::Complex64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 use square_array::{NOISE, REPEATS, Scan, WAVENUMBER_RAD_M, named_alone, phases_rad, real};
 
@@ -164,6 +166,29 @@ fn no_fluctuation_is_inferred_where_no_place_was_read_again() {
         let diagnosis = diagnose(&[record], None).expect("comparable");
         named_alone(&diagnosis, EffectId::SoundSpeed);
     }
+}
+
+/// 76 readings all over a volume, of 64 elements. A flow of 8 m/s shifts the field as the tilt does, and was found first; departures of the elements that were fitted
+/// without either imitate both, so that the tilt was not found beside them.
+#[test]
+fn a_tilt_is_found_beside_departures_that_were_fitted_beside_a_flow() {
+    const SEED: u64 = 4;
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut place_m = || {
+        let [x, y, z] = [(); 3].map(|()| random.random::<f64>());
+        Vec3::new(0.08 * x - 0.04, 0.08 * y - 0.04, 0.1 + 0.1 * z)
+    };
+    let places_m: Vec<Vec3> = (0..64).map(|_| place_m()).collect();
+    let mut scan = Scan::new(8, &[[5.0, -10.0, 150.0]], 2, &[100.0]);
+    scan.places_m = places_m.iter().chain(&places_m[..12]).copied().collect();
+    let causes = "[array-tilt]\nabout_x_rad = -0.0194\nabout_y_rad = 0.0174\n[element-gain]\nspread = 0.11\n";
+    let record = read(&scan, causes, SEED, <[f64]>::to_vec);
+    let diagnosis = diagnose(&[record], None).expect("comparable");
+    assert_eq!(diagnosis.verdict, Verdict::Explained, "{}", diagnosis.to_text());
+    let named: std::collections::BTreeSet<EffectId> = diagnosis.effects.iter().copied().collect();
+    assert_eq!(named, [EffectId::ArrayTilt, EffectId::ElementGain].into());
+    let tilt_rad = real(&diagnosis, "array-tilt.about_x_rad");
+    assert!((tilt_rad + 0.0194).abs() < 0.003, "{tilt_rad}");
 }
 
 /// The noise of 24 places that were read again is 0.4 of what it usually is. The set that explains the gap leaves one and a half times the chi-square of such a noise,

@@ -9,6 +9,12 @@ use crate::model::effect::{
 use crate::model::instance::Setting;
 use crate::remedy::Remedy;
 
+/// Up to this speed any is as likely as another: a fan beside the bench. (Rooms are comfortable below 0.3 m/s: ISO 7730.)
+const FAN_M_S: f64 = 3.0;
+
+/// Beyond it the logarithm of the speed is normal with this standard deviation: 8 m/s, a fresh breeze, is two of them off. Set by judgement.
+const FASTER_WITHIN: f64 = 0.5;
+
 /// The effect.
 pub(crate) struct Flow;
 
@@ -40,6 +46,11 @@ impl Effect for Flow {
         )
     }
 
+    fn against_size(&self, values: &[f64]) -> f64 {
+        let beyond = (values[0].hypot(values[1]) / FAN_M_S).max(1.0);
+        0.5 * (beyond.ln() / FASTER_WITHIN).powi(2)
+    }
+
     fn air(&self, at: Setting<'_>, speed_m_s: f64, air: &mut Propagation) {
         air.mach += Vec3::new(at.values[0], at.values[1], 0.0) / speed_m_s;
     }
@@ -69,5 +80,14 @@ mod tests {
         let mut air = Propagation::default();
         Flow.air(bench.at(&[3.4, -1.7]), 340.0, &mut air);
         assert!((air.mach - Vec3::new(0.01, -0.005, 0.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_breeze_is_less_likely_than_a_fan_whichever_way_it_blows() {
+        assert_eq!(Flow.against_size(&[0.0, 0.0]), 0.0);
+        assert_eq!(Flow.against_size(&[1.8, -2.4]), 0.0);
+        let breeze = Flow.against_size(&[FAN_M_S * std::f64::consts::E, 0.0]);
+        assert!((breeze - 2.0).abs() < 1e-12, "{breeze}");
+        assert_eq!(Flow.against_size(&[-4.8, 3.6]), Flow.against_size(&[0.0, 6.0]));
     }
 }

@@ -357,6 +357,11 @@ pub(crate) trait Effect: Sync {
         vec![self.neutral()]
     }
 
+    /// Nats by which these values are less likely than smaller ones that laboratories have.
+    fn against_size(&self, _values: &[f64]) -> f64 {
+        0.0
+    }
+
     /// What may be chosen besides, all of it tried.
     fn choices(&self) -> Vec<Choice> {
         vec![Choice::None]

@@ -46,6 +46,7 @@ pub(crate) fn log_evidence(fit: &Fit, observations: &Observations) -> f64 {
         if values.is_empty() {
             continue;
         }
+        log -= instance.effect.against_size(values);
         if instance.effect.search() == Search::Random {
             // The departures have their cost together with those of the set-up; the spread is one more parameter.
             log += -SPREAD_SPAN.get().ln() + 0.5 * (PI / values.len() as f64).ln();

@@ -29,14 +29,17 @@ pub(crate) struct ModelSearch {
     noise_is_settled: bool,
     /// Sorted ids of the sets whose laws were chosen on these readings, and the choices of the best set at that time.
     laws_chosen: (Vec<Vec<EffectId>>, Vec<(EffectId, Choice)>),
+    /// Sorted ids of the sets from which departures of elements were carried to others.
+    carried: Vec<Vec<EffectId>>,
 }
 
 impl ModelSearch {
     /// Searches from the believed set-up.
     pub fn begin(observations: &Observations, context: &Context) -> Self {
         let scored = vec![believed(observations, context)];
-        let (given_up, unseen, laws_chosen) = Default::default();
-        let mut search = Self { scored, given_up, unseen, noise_is_settled: false, laws_chosen };
+        let (given_up, unseen, laws_chosen, carried) = Default::default();
+        let mut search =
+            Self { scored, given_up, unseen, noise_is_settled: false, laws_chosen, carried };
         let size = search.mend_simulator(observations, context);
         search.go_on(size, observations, context);
         search
@@ -68,7 +71,7 @@ impl ModelSearch {
 
     /// Fits the sets that are near the best to all readings, after a search on some of them.
     pub fn on_all(self, observations: &Observations, context: &Context) -> Self {
-        let Self { mut scored, mut given_up, unseen, .. } = self;
+        let Self { mut scored, mut given_up, unseen, carried, .. } = self;
         sort(&mut scored);
         let (hopeful, hopeless) = by_hope(scored, usize::MAX);
         given_up.extend(hopeless.iter().map(|scored| sorted_ids(&scored.fit)));
@@ -83,7 +86,7 @@ impl ModelSearch {
         };
         let hopeful: Vec<ScoredModel> =
             hopeful.iter().filter(worth_more_than_its_parts).cloned().collect();
-        Self { given_up, unseen, ..Self::fitted_to(hopeful, observations, context) }
+        Self { given_up, unseen, carried, ..Self::fitted_to(hopeful, observations, context) }
     }
 
     /// Of sets that were fitted before to other readings of these scans, without a search for others.
@@ -97,8 +100,9 @@ impl ModelSearch {
             .map(|fit| ScoredModel::of(settled(fit, observations, context), observations))
             .collect();
         sort(&mut scored);
-        let (given_up, unseen, laws_chosen) = Default::default();
-        let mut search = Self { scored, given_up, unseen, noise_is_settled: true, laws_chosen };
+        let (given_up, unseen, laws_chosen, carried) = Default::default();
+        let mut search =
+            Self { scored, given_up, unseen, noise_is_settled: true, laws_chosen, carried };
         search.leave_out_immaterial_sets(observations);
         search
     }
@@ -304,14 +308,27 @@ impl ModelSearch {
                 !matches!(others[..], [id] if of_elements.contains(id))
             });
         }
+        // From these departures sets are fitted again that were fitted from others: a fit of many departures to few readings has many minima.
+        let departs = best.has_random_elements();
+        let ids = sorted_ids(&best);
+        if departs && !self.carried.contains(&ids) {
+            known.retain(|known| {
+                known.len() != ids.len() || known.iter().filter(|id| !ids.contains(id)).count() > 1
+            });
+            known.push(ids.clone());
+            self.carried.push(ids);
+        }
         let parts: Vec<ScoredModel> = (0..best.instances.len())
             .filter(|&number| !best.instances[number].effect.is_defect())
             .map(|number| without(&best, number, observations, context))
             .collect();
-        // Fitted without the phases of single elements, all else is wrong, and no other account of these phases is recognised beside it.
+        // Fitted without the phases of single elements, all else is wrong, and no other account of these phases is recognised beside it. Departures of elements
+        // that are fitted without another effect imitate it, and nothing that would take its place is recognised beside them.
         let beside = (0..best.instances.len()).filter_map(|number| {
-            let phases = best.instances[number].effect.facts().per_element == PerElement::Phase;
-            phases.then(|| {
+            let effect = best.instances[number].effect;
+            let phases = effect.facts().per_element == PerElement::Phase;
+            let one_of_all = departs && effect.search() == Search::Smooth && !effect.is_defect();
+            (phases || one_of_all).then(|| {
                 ScoredModel::of(best.clone().less(number, observations, context), observations)
             })
         });
@@ -463,8 +480,9 @@ mod tests {
     #[test]
     fn a_fit_that_went_astray_makes_no_gap() {
         let scored = vec![scored(None, 1000.0, 0.0), scored(Some(EffectId::Aperture), 1e9, 0.0)];
-        let (given_up, unseen, laws_chosen) = Default::default();
-        let search = ModelSearch { scored, given_up, unseen, noise_is_settled: false, laws_chosen };
+        let (given_up, unseen, laws_chosen, carried) = Default::default();
+        let search =
+            ModelSearch { scored, given_up, unseen, noise_is_settled: false, laws_chosen, carried };
         assert_eq!(search.gap(100.0), 900.0);
     }
 
@@ -474,8 +492,9 @@ mod tests {
         let scored = vec![scored(None, 100.0, 0.0), scored(Some(EffectId::Aperture), 120.0, 0.0)];
         let beside_aperture = || Unseen { of: vec![EffectId::Aperture], nats: -2.0 };
         let unseen = vec![Unseen { of: vec![], nats: -4.0 }, beside_aperture(), beside_aperture()];
-        let (given_up, laws_chosen) = Default::default();
-        let search = ModelSearch { scored, given_up, unseen, noise_is_settled: true, laws_chosen };
+        let (given_up, laws_chosen, carried) = Default::default();
+        let search =
+            ModelSearch { scored, given_up, unseen, noise_is_settled: true, laws_chosen, carried };
         let found = search.found();
         assert_eq!(found[0].unseen, f64::exp(-4.0));
         assert_eq!(found[1].unseen, 2.0 * f64::exp(-2.0));
@@ -510,9 +529,15 @@ mod tests {
         for misled in [false, true] {
             let scored = vec![pitch.clone(), believed(&observations, &context)];
             let given_up = vec![vec![EffectId::SoundSpeed]];
-            let (unseen, laws_chosen) = Default::default();
-            let search =
-                ModelSearch { scored, given_up, unseen, noise_is_settled: true, laws_chosen };
+            let (unseen, laws_chosen, carried) = Default::default();
+            let search = ModelSearch {
+                scored,
+                given_up,
+                unseen,
+                noise_is_settled: true,
+                laws_chosen,
+                carried,
+            };
             let found = search.on_all_after(misled, &observations, &context);
             assert_eq!(found.scored[0].fit.ids(), [EffectId::Pitch]);
             let is_rejected = |set: &ScoredModel| set.fit.ids() == [EffectId::SoundSpeed];
@@ -536,10 +561,10 @@ mod tests {
         };
         let pitch = ScoredModel::of(fit(&observations, context, start, SEARCH), &observations);
         let bad = ScoredModel { log_evidence: best.log_evidence - 50.0, ..best.clone() };
-        let (given_up, unseen, laws_chosen) = Default::default();
+        let (given_up, unseen, laws_chosen, carried) = Default::default();
         let scored = vec![pitch, bad];
         let mut search =
-            ModelSearch { scored, given_up, unseen, noise_is_settled: true, laws_chosen };
+            ModelSearch { scored, given_up, unseen, noise_is_settled: true, laws_chosen, carried };
         search.exchange(&observations, context);
         assert!(search.scored[0].fit.instances.is_empty());
         assert!((search.scored[0].log_evidence - best.log_evidence).abs() < 0.1);

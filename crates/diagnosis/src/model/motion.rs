@@ -117,14 +117,14 @@ pub(crate) fn approaches(readings: &[(f64, Vec3)]) -> Vec<Approach> {
         })
         .collect();
     if x.now != 0.0 {
-        approaches.iter_mut().for_each(Approach::from_below_or_above);
+        approaches.iter_mut().for_each(Approach::begin_from_either_side);
     }
     approaches
 }
 
 impl Approach {
     /// A robot that moves along x in a record came to its first place from one side.
-    fn from_below_or_above(&mut self) {
+    fn begin_from_either_side(&mut self) {
         let Self { motion, otherwise: Some(otherwise), begins } = self else { return };
         if motion.x_direction == 0.0 {
             (motion.x_direction, motion.x_since_m) = (1.0, f64::INFINITY);

@@ -206,13 +206,35 @@ fn of_steady(pairs: &[Pair], additive: f64) -> f64 {
     best_share(pairs, additive, 0.0, Fluctuation::OfPaths).1
 }
 
-/// The scatter of a scan at the maximum likelihood of all its readings, within the range that dark readings and repeats allow.
+/// The scatter of a scan at the maximum likelihood of all its readings, within the range that dark readings and repeats allow. Whether proportional noise comes in
+/// before a detector that compresses, all readings tell better than repeats.
 pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatter) -> Scatter {
     let Some(dark) = scan.dark_readings() else { return judged };
     let averaged_beside_floor = judged.floor > 0.0 && scan.averaged > 1.0;
     if judged.fluctuation > 0.0 || judged.pairs.len() < FEWEST_REPEATS || averaged_beside_floor {
         return judged;
     }
+    let compresses = levels.iter().flatten().any(|level| level.compression != Compression::NONE);
+    let otherwise = (compresses && judged.floor == 0.0).then(|| {
+        let after_all_noise = !judged.detector_after_all_noise;
+        let pairs = pairs_beside(scan, levels, Detector { floor: 0.0, after_all_noise });
+        let share = best_share(&pairs, judged.additive, 0.0, Fluctuation::OfPaths).0;
+        let other = Scatter { share, pairs: pairs.into(), ..judged.clone() };
+        Scatter { detector_after_all_noise: after_all_noise, ..other }
+    });
+    let of = |judged: Scatter| likeliest(scan, levels, judged, &dark);
+    let (cost, scatter) = of(judged);
+    let other = otherwise.map(of).filter(|(of_other, _)| *of_other < cost);
+    other.map_or(scatter, |(_, other)| other)
+}
+
+/// The likeliest scatter by all readings, with its cost, nats.
+fn likeliest(
+    scan: &ObservedScan,
+    levels: &[Vec<Level>],
+    judged: Scatter,
+    dark: &DarkReadings,
+) -> (f64, Scatter) {
     let full_scale = full_scale(scan);
     let detector =
         Detector { floor: judged.floor, after_all_noise: judged.detector_after_all_noise };
@@ -264,12 +286,13 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
         |additive: f64| least_positive(shares[0], shares[1], |share| of(share, additive));
     let (additive, _) =
         least_positive(additives[0], additives[1], |additive| best_share(additive).1);
-    let steady = Scatter { share: best_share(additive).0, additive, ..judged };
+    let (share, cost) = best_share(additive);
+    let steady = Scatter { share, additive, ..judged };
     let fluctuating = match steady.floor == 0.0 {
-        true => fluctuating(&known, &dark, &steady),
+        true => fluctuating(&known, dark, &steady),
         false => None,
     };
-    fluctuating.unwrap_or(steady).with_limits()
+    (cost, fluctuating.unwrap_or(steady).with_limits())
 }
 
 /// Proportional and additive part from third differences of the residual along evenly spaced visits: the mean square of these is 20

@@ -179,6 +179,17 @@ mod tests {
         }
     }
 
+    /// The middle of each gap between 32 evenly spread places is an odd number of 64ths, which have six binary digits.
+    #[test]
+    fn zeros_have_as_few_digits_as_the_gaps_between_phases_allow() {
+        let step_rad = TAU / 8.0;
+        let phases_rad: Vec<f64> = (0..32).map(|n| step_rad * f64::from(n) / 32.0).collect();
+        let zeros = zeros_of_a_drive(&phases_rad, step_rad);
+        assert_eq!(zeros.len(), 32);
+        assert!(zeros.iter().all(|&zero| digits(zero) == 6), "{zeros:?}");
+        assert_eq!([0, 1 << 15, 1 << 12, 1 << 11, 1].map(digits), [4, 4, 4, 5, 16]);
+    }
+
     proptest! {
         /// Whatever a driver counts from, one of the zeros rounds as it does but for a phase that all elements share.
         #[test]

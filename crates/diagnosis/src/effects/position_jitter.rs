@@ -172,6 +172,18 @@ mod tests {
     use super::*;
     use crate::effects::testing::Bench;
 
+    /// Repeats bound the mean of both variances: along one axis alone the place may scatter by as much as makes that mean.
+    #[test]
+    fn along_one_axis_a_place_may_scatter_by_all_that_repeats_allow() {
+        let bench = Bench::new();
+        let scatter = Scatter { most_jitter_mm: 0.3, ..Scatter::default() };
+        let most = PositionJitter.most(&scatter, &bench.context);
+        for alone in [[most[0], 0.0, 0.0], [0.0, most[1], 0.0]] {
+            let found = PositionJitter.fluctuation(&alone, &Choice::None).expect("it scatters").0;
+            assert!((found - 0.3).abs() < 1e-12, "{found}");
+        }
+    }
+
     /// |a + b x|² has the mean |a|² + |b|² σ²; a plane wave exp(ikx) has the mean exp(-k² σ²/2).
     #[test]
     fn a_linear_field_scatters_by_its_slope_and_a_plane_wave_fades() {

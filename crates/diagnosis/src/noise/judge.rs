@@ -2,8 +2,6 @@
 //!
 //! The model of a reading stands in [`Scatter`]'s module.
 
-use std::sync::Arc;
-
 use fieldgap_acoustics::golden_section::least_positive;
 use fieldgap_comparison::{DarkNoise, DarkReadings, PlaneNoise, USUAL_PROPORTIONAL_NOISE};
 
@@ -92,8 +90,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
             pairs = after;
         }
     }
-    let compresses = levels.iter().flatten().any(|level| level.compression != Compression::NONE);
-    if compresses && known.floor == 0.0 && pairs.len() >= FEWEST_REPEATS {
+    if compresses(levels) && known.floor == 0.0 && pairs.len() >= FEWEST_REPEATS {
         // Which noise comes in before a detector that compresses, repeats tell.
         let other = pairs_by(0.0, true);
         let [after, before] = [&pairs, &other].map(|pairs| of_steady(pairs, known.additive));
@@ -122,8 +119,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
         pairs: pairs.into(),
         told_by_map: false,
     };
-    let pairs = Arc::clone(&scatter.pairs);
-    let pairs = &pairs;
+    let pairs = &scatter.pairs;
     if pairs.len() < FEWEST_REPEATS {
         return match scan.map_noise.filter(|noise| !noise.is_bound) {
             Some(noise) => by_map(scan, scatter, noise, dark.is_some(), lowest),
@@ -147,11 +143,11 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let additive = if dark.is_some() { additive } else { steady_additive };
     let (fluctuation, cause, fluctuating_cost) = best_fluctuation(pairs, additive);
     let prefers_fluctuation = steady_cost - fluctuating_cost - of_silence(additive);
-    let scatter = Scatter { prefers_fluctuation, ..scatter };
     let shown = if scatter.may_fluctuate { FLUCTUATION_POSSIBLE } else { FLUCTUATION_SHOWN.get() };
     if prefers_fluctuation > shown {
         let share = best_share(pairs, additive, fluctuation, cause).0;
-        return Scatter { share, additive, fluctuation, cause, ..scatter }.with_limits();
+        return Scatter { share, additive, fluctuation, cause, prefers_fluctuation, ..scatter }
+            .with_limits();
     }
     // Effects that the model leaves out (a lag, a drift) make repeats differ too. The fine structure of the residual along the rows
     // is less sensitive to them and bounds the result.
@@ -159,7 +155,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let most_share = in_rows.map_or(MOST_SHARE, |(share, _)| ROUGHNESS_FACTOR.get() * share);
     let steady_share = best_share(pairs, steady_additive, 0.0, Fluctuation::OfPaths).0;
     let (additive, share) = (steady_additive, steady_share.min(most_share));
-    Scatter { share, additive, ..scatter }.with_limits()
+    Scatter { share, additive, prefers_fluctuation, ..scatter }.with_limits()
 }
 
 /// The scatter with the noise that the maps show. Where dark readings tell the additive part, the proportional one is what the noise of all readings
@@ -214,8 +210,7 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     if judged.fluctuation > 0.0 || judged.pairs.len() < FEWEST_REPEATS || averaged_beside_floor {
         return judged;
     }
-    let compresses = levels.iter().flatten().any(|level| level.compression != Compression::NONE);
-    let otherwise = (compresses && judged.floor == 0.0).then(|| {
+    let otherwise = (compresses(levels) && judged.floor == 0.0).then(|| {
         let after_all_noise = !judged.detector_after_all_noise;
         let pairs = pairs_beside(scan, levels, Detector { floor: 0.0, after_all_noise });
         let share = best_share(&pairs, judged.additive, 0.0, Fluctuation::OfPaths).0;
@@ -226,6 +221,11 @@ pub(crate) fn settled(scan: &ObservedScan, levels: &[Vec<Level>], judged: Scatte
     let (cost, scatter) = of(judged);
     let other = otherwise.map(of).filter(|(of_other, _)| *of_other < cost);
     other.map_or(scatter, |(_, other)| other)
+}
+
+/// Whether the detector compresses any of these levels.
+fn compresses(levels: &[Vec<Level>]) -> bool {
+    levels.iter().flatten().any(|level| level.compression != Compression::NONE)
 }
 
 /// The likeliest scatter by all readings, with its cost, nats.

@@ -313,9 +313,8 @@ impl ModelSearch {
         let ids = sorted_ids(&best);
         if departs && !self.carried.contains(&ids) {
             known.retain(|known| {
-                known.len() != ids.len() || known.iter().filter(|id| !ids.contains(id)).count() > 1
+                known.len() != ids.len() || known.iter().filter(|id| !ids.contains(id)).count() != 1
             });
-            known.push(ids.clone());
             self.carried.push(ids);
         }
         let parts: Vec<ScoredModel> = (0..best.instances.len())

@@ -1,7 +1,8 @@
 //! Quadrature noise and detector floor from dark readings.
 //!
 //! Of r² = (floor² + b² (n₁² + n₂²)) (1 + a n₀)² the excess over the floor is exponential with mean 2 b²; beside a floor the noise in
-//! proportion, a, may be the larger, and r² is the sum of an exponential and a normal number.
+//! proportion, a, may be the larger, and r² is the sum of an exponential and a normal number. A reading in steps of a converter lies within half a step of
+//! its value.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -9,6 +10,7 @@ use fieldgap_acoustics::golden_section;
 use fieldgap_records::RecordedScan;
 
 use super::averaging::{averaged_magnitudes, within_readings};
+use super::converter_steps::{powers_rounded_to, step_from_zero};
 use super::rice::lost_in_noise;
 use super::within_readings::WithinReadings;
 
@@ -33,7 +35,9 @@ const RAYLEIGH_VARIANCE: f64 = 2.0 - 0.5 * PI;
 /// Dark readings, squared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DarkReadings {
-    powers: Vec<f64>,
+    /// Between which each lies: the steps of the converter hide where.
+    powers: Vec<[f64; 2]>,
+    /// Mean square of the readings.
     mean: f64,
     /// Of the readings themselves.
     mean_reading: f64,
@@ -83,8 +87,11 @@ impl DarkReadings {
     /// Of readings, each the mean of `averaged` magnitudes; `None` if they are too few.
     pub fn of(readings: &[f64], averaged: f64) -> Option<Self> {
         let mean_reading = readings.iter().sum::<f64>() / readings.len() as f64;
-        let powers: Vec<f64> = readings.iter().map(|reading| reading * reading).collect();
-        let mean = powers.iter().sum::<f64>() / powers.len() as f64;
+        let mean = readings.iter().map(|r| r * r).sum::<f64>() / readings.len() as f64;
+        // A mean of magnitudes is not rounded itself.
+        let step = step_from_zero(readings).filter(|_| averaged == 1.0).unwrap_or(0.0);
+        let powers: Vec<[f64; 2]> =
+            readings.iter().map(|&reading| powers_rounded_to(reading, step)).collect();
         (powers.len() >= FEWEST_DARK_READINGS && mean > 0.0).then_some(Self {
             powers,
             mean,
@@ -140,15 +147,20 @@ impl DarkReadings {
 
     /// Negative logarithm of the likelihood of a quadrature's noise beside no floor, less a constant.
     pub fn cost_without_floor(&self, additive: f64) -> f64 {
-        let count = self.powers.len() as f64;
         if self.averaged > 1.0 {
+            let count = self.powers.len() as f64;
             let variance = RAYLEIGH_VARIANCE * additive * additive;
             let off = self.mean_reading - OF_NOISE_ALONE * additive * self.averaged.sqrt();
             let scattered = self.mean - self.mean_reading * self.mean_reading;
             return 0.5 * count * (variance.ln() + (scattered + off * off) / variance);
         }
         let power = 2.0 * additive * additive;
-        count * (power.ln() + self.mean / power)
+        let of_reading = |&[least, most]: &[f64; 2]| {
+            let width = (most - least) / power;
+            let share = if width > NARROW { -(-width).exp_m1() / width } else { 1.0 - 0.5 * width };
+            power.ln() + least / power - share.ln()
+        };
+        self.powers.iter().map(of_reading).sum()
     }
 
     /// Slope of the logarithm of that likelihood by the square of the noise, and its information.
@@ -166,9 +178,10 @@ impl DarkReadings {
         (self.mean - 2.0 * additive * additive * self.averaged).max(0.0).sqrt()
     }
 
-    /// The least reading.
+    /// The least reading; of readings in steps, the largest level that reads so.
     pub fn least(&self) -> f64 {
-        self.powers.iter().copied().fold(f64::INFINITY, f64::min).sqrt()
+        let most = self.powers.iter().map(|[_, most]| *most);
+        most.fold(f64::INFINITY, f64::min).sqrt()
     }
 
     /// Negative logarithm of the likelihood of a quadrature's noise, the floor being the rest of the power.
@@ -176,7 +189,10 @@ impl DarkReadings {
         let rate = 1.0 / (2.0 * additive * additive);
         let floor = self.floor_beside(additive).powi(2);
         let deviation = (2.0 * share * self.mean).max(1e-6 * self.mean);
-        self.powers.iter().map(|power| -log_density(power - floor, rate, deviation)).sum()
+        let of_reading = |[least, most]: &[f64; 2]| {
+            -log_mean_density([least - floor, most - floor], rate, deviation)
+        };
+        self.powers.iter().map(of_reading).sum()
     }
 }
 
@@ -206,6 +222,25 @@ fn log_density(x: f64, rate: f64, deviation: f64) -> f64 {
     }
     // erfc(z) → exp(-z²) / (z √π), its exponent and the other's cancelling but for the normal number's own.
     (rate / (2.0 * z * PI.sqrt())).ln() - 0.5 * (x / deviation).powi(2)
+}
+
+/// Width, in the narrower of the two distributions, below which a density hardly changes.
+const NARROW: f64 = 0.02;
+
+/// Logarithm of the mean of that density between two numbers. Its integral is that of the normal number less the density over the rate.
+fn log_mean_density([least, most]: [f64; 2], rate: f64, deviation: f64) -> f64 {
+    let middle = 0.5 * (least + most);
+    if (most - least) * rate.max(deviation.recip()) < NARROW {
+        return log_density(middle, rate, deviation);
+    }
+    let density = |x: f64| log_density(x, rate, deviation).exp();
+    // On each side the smaller part, which keeps its digits.
+    let beyond = |x: f64| 0.5 * libm::erfc(FRAC_1_SQRT_2 * x / deviation) + density(x) / rate;
+    let below = |x: f64| 0.5 * libm::erfc(-FRAC_1_SQRT_2 * x / deviation) - density(x) / rate;
+    let mass = if middle > 0.0 { beyond(least) - beyond(most) } else { below(most) - below(least) };
+    // Far below zero both vanish. The density rises there, so that its end has most of the mass.
+    let at_end = log_density(most, rate, deviation) - NARROW.recip().ln();
+    (mass / (most - least)).max(f64::MIN_POSITIVE).ln().max(at_end)
 }
 
 #[cfg(test)]
@@ -270,6 +305,44 @@ mod tests {
         let noise = DarkReadings::of(&averages, 16.0).expect("enough").noise(0.02);
         assert_eq!(noise.floor, 0.0);
         assert!((noise.additive / 0.005 - 1.0).abs() < 0.1, "{noise:?}");
+    }
+
+    /// Noise of less than a step reads as one step nearly always, which a floor would too.
+    #[test]
+    fn noise_in_coarse_steps_is_no_floor_and_a_floor_in_them_is_one() {
+        let rounded = |readings: Vec<f64>, step: f64| -> Vec<f64> {
+            readings.iter().map(|reading| (reading / step).round() * step).collect()
+        };
+        for step in [0.01, 0.02, 0.03, 0.06] {
+            let dark = DarkReadings::of(&rounded(readings(0.0, 0.02, 0.02), step), 1.0);
+            let noise = dark.expect("enough").noise(0.02);
+            assert_eq!((noise.floor, noise.evidence), (0.0, 0.0), "{step}");
+        }
+        for step in [0.01, 0.02, 0.03] {
+            let dark = DarkReadings::of(&rounded(readings(0.21, 0.02, 0.02), step), 1.0);
+            let noise = dark.expect("enough").noise(0.02);
+            assert!((noise.floor / 0.21 - 1.0).abs() < 0.02, "{step}: {noise:?}");
+            assert!(noise.evidence > 100.0, "{step}: {noise:?}");
+        }
+    }
+
+    /// Against the rectangle rule.
+    #[test]
+    fn the_mean_density_between_two_numbers_is_its_integral_over_their_distance() {
+        for (rate, deviation) in [(1.0, 0.05), (1.0, 1.0), (20.0, 1.0)] {
+            for (least, most) in [(-0.4, 0.3), (0.1, 2.0), (2.0, 2.1), (-3.0, -1.0)] {
+                let step = (most - least) / 20_000.0;
+                let at = |n: u32| log_density(least + (f64::from(n) + 0.5) * step, rate, deviation);
+                let mean = (0..20_000).map(|n| at(n).exp()).sum::<f64>() / 20_000.0;
+                let found = log_mean_density([least, most], rate, deviation);
+                if mean > 1e-12 {
+                    assert!(
+                        (found - mean.ln()).abs() < 1e-3,
+                        "{rate} {deviation} {least}: {found}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

@@ -60,6 +60,7 @@ mod change;
 mod coarse;
 mod compare;
 mod comparison;
+mod converter_steps;
 mod dark_readings;
 mod figures;
 mod gap_reduction;

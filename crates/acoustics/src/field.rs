@@ -228,6 +228,16 @@ impl FieldKernel {
         self
     }
 
+    /// The same sources elsewhere, each at the image of its place, and facing along the image of its axis.
+    pub fn moved(&self, place: impl Fn(&Vec3) -> Vec3, axis: impl Fn(&Vec3) -> Vec3) -> Self {
+        let mut moved = self.clone();
+        for source in &mut moved.sources {
+            source.centre_m = place(&source.centre_m);
+            source.normal = axis(&source.normal);
+        }
+        moved
+    }
+
     /// The field of one element alone.
     pub fn of_element(&self, element: usize) -> Self {
         self.of_elements(&[element])

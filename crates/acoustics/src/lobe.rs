@@ -293,29 +293,47 @@ fn has_ended(series: &[f64]) -> bool {
 /// The first coefficients of a function on [0, 1] in Chebyshev polynomials of 2 t - 1, from its values at as many nodes
 /// (L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, ch. 3).
 fn chebyshev(terms: usize, function: impl Fn(f64) -> f64) -> Vec<f64> {
-    /// The cosines for the usual number of terms: a fit is made for each new set-up, and there are many.
-    static COSINES: LazyLock<Vec<f64>> = LazyLock::new(|| cosines(FIRST_TERMS));
-    let others;
-    let cosines: &[f64] = if terms == FIRST_TERMS {
-        &COSINES
-    } else {
-        others = cosines(terms);
-        &others
-    };
-    // cos(term * angle(node)), the argument reduced to one turn in integers, without rounding.
-    let cosine = |term: usize, node: usize| cosines[(term * (2 * node + 1)) % (4 * terms)];
-    let values: Vec<f64> = (0..terms).map(|node| function(0.5 + 0.5 * cosine(1, node))).collect();
-    (0..terms)
-        .map(|term| {
-            let projection: f64 =
-                values.iter().enumerate().map(|(node, value)| value * cosine(term, node)).sum();
-            projection * if term == 0 { 1.0 } else { 2.0 } / terms as f64
-        })
-        .collect()
+    /// Those of the usual numbers of terms: a fit is made for each new set-up, and there are many.
+    static USUAL: LazyLock<[Projection; 4]> =
+        LazyLock::new(|| [8, 32, 64, 128].map(Projection::of));
+    match USUAL.iter().find(|projection| projection.nodes.len() == terms) {
+        Some(projection) => projection.series(function),
+        None => Projection::of(terms).series(function),
+    }
 }
 
-fn cosines(terms: usize) -> Vec<f64> {
-    (0..4 * terms).map(|step| (0.5 * PI * step as f64 / terms as f64).cos()).collect()
+/// Where a function is asked for, and what its values there are multiplied by.
+struct Projection {
+    nodes: Vec<f64>,
+    /// The part of each coefficient, value by value: sums over terms side by side.
+    rows: Vec<f64>,
+}
+
+impl Projection {
+    fn of(terms: usize) -> Self {
+        let cosines: Vec<f64> =
+            (0..4 * terms).map(|step| (0.5 * PI * step as f64 / terms as f64).cos()).collect();
+        // cos(term * angle(node)), the argument reduced to one turn in integers, without rounding.
+        let cosine = |term: usize, node: usize| cosines[(term * (2 * node + 1)) % (4 * terms)];
+        let part = |term: usize, node: usize| {
+            cosine(term, node) * if term == 0 { 1.0 } else { 2.0 } / terms as f64
+        };
+        Self {
+            nodes: (0..terms).map(|node| 0.5 + 0.5 * cosine(1, node)).collect(),
+            rows: (0..terms * terms).map(|n| part(n % terms, n / terms)).collect(),
+        }
+    }
+
+    fn series(&self, function: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut series = vec![0.0; self.nodes.len()];
+        for (row, node) in self.rows.chunks_exact(self.nodes.len()).zip(&self.nodes) {
+            let value = function(*node);
+            for (coefficient, part) in series.iter_mut().zip(row) {
+                *coefficient += value * part;
+            }
+        }
+        series
+    }
 }
 
 /// A Chebyshev series without its last terms that are smaller than `tolerance` times the largest.

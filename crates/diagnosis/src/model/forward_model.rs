@@ -539,14 +539,7 @@ impl<'m, 'c> Chain<'m, 'c> {
 
     /// The waves of the images in a plane.
     fn mirrored(&self, mirror: &Mirror) -> Waves {
-        let mut elements = self.array.elements().to_vec();
-        for element in &mut elements {
-            element.centre_m = mirror.of_place(&element.centre_m);
-            element.normal = mirror.of_direction(&element.normal);
-        }
-        let images = Array::from_elements(elements).expect("as many images as elements");
-        let phases_rad = self.waves.phases_rad().to_vec();
-        self.model.waves(self.believed, &images, phases_rad, self.nuisance)
+        self.waves.moved(|place| mirror.of_place(place), |axis| mirror.of_direction(axis))
     }
 }
 

@@ -53,6 +53,11 @@ impl Waves {
         Self { kernel: self.kernel.driven(&phases_rad), phases_rad, ..self }
     }
 
+    /// The same drive with the elements elsewhere, as [`FieldKernel::moved`].
+    pub fn moved(&self, place: impl Fn(&Vec3) -> Vec3, axis: impl Fn(&Vec3) -> Vec3) -> Self {
+        Self::of(self.kernel.moved(place, axis), self.phases_rad.clone())
+    }
+
     /// The field at each point.
     pub fn at(&self, points_m: &[Vec3]) -> Vec<Complex64> {
         self.by_matrix(points_m, |transfer| transfer.driven(&self.phases_rad))

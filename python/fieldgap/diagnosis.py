@@ -233,6 +233,12 @@ class Diagnosis:
         return number(self._json["noise_floor"])
 
     @property
+    def slow_noise(self) -> Optional[float]:
+        """Standard deviation of the slow noise of the level, relative to it, up to 0.015; None where none is seen."""
+        share = self._json.get("slow_noise")
+        return None if share is None else number(share)
+
+    @property
     def explained_fraction(self) -> float:
         """Share of the squared gap beyond noise that the best candidate explains, on readings kept out of the fit, 0 to 1."""
         return number(self._json["explained_fraction"])

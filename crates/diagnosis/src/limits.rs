@@ -112,6 +112,15 @@ pub(crate) static FLUCTUATION_SHOWN: DecisiveLimit = DecisiveLimit::new("fluctua
 /// Set by judgement.
 pub(crate) const FLUCTUATION_POSSIBLE: f64 = 3.0;
 
+/// Readings below which no slow noise of the level is looked for: what a fit leaves of so few follows its numbers. Set by judgement.
+pub(crate) const FEWEST_FOR_SLOW_NOISE: usize = 100;
+
+/// Nats by which what a fit leaves must prefer slow noise of the level: odds of 150 to one, as receivers commonly have it. Set by judgement.
+pub(crate) const SLOW_NOISE_SHOWN: f64 = 5.0;
+
+/// Largest slow noise, relative to the level: a receiver that wanders by more is at fault, and that is for a diagnosis to tell. Set by judgement.
+pub(crate) const MOST_SLOW_NOISE: f64 = 0.015;
+
 /// Nats by which repeats and dark readings may contradict the noise that all readings show, which may be a gap. Set by judgement.
 pub(crate) const NOISE_AGAINST_REPEATS: f64 = 3.0;
 

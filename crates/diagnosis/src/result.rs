@@ -65,6 +65,9 @@ pub struct Diagnosis {
     pub next_measurement: Option<NextMeasurement>,
     /// Noise of one reading.
     pub noise: Noise,
+    /// Standard deviation of the slow noise of the level beside it, relative, 0 to 0.015; `None` where none is seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slow_noise: Option<f64>,
     /// What was left of the phases; `None` where the readings have none, or they were left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase: Option<PhaseFigures>,

@@ -130,6 +130,7 @@ pub(super) fn as_observations(
                 number: drive.number,
                 believed: drive.believed.clone(),
                 stabilised: vec![scan.scale.of(0.0); visits.len()],
+                expected: Vec::new(),
                 readings,
                 visits,
                 phases_rad: Vec::new(),
@@ -137,7 +138,9 @@ pub(super) fn as_observations(
             });
         }
     }
-    let scan = ObservedScan { drives, dark: Vec::new(), phase: None, ..scan.clone() };
+    // One at a time: what came before says how the level stands.
+    let scan =
+        ObservedScan { drives, dark: Vec::new(), phase: None, slow_level: None, ..scan.clone() };
     (Observations { scans: vec![scan] }, order)
 }
 

@@ -117,6 +117,7 @@ fn some_of(drive: &ObservedDrive, numbers: &[usize]) -> ObservedDrive {
         visits: numbers.iter().map(|&n| drive.visits[n]).collect(),
         readings: take(&drive.readings),
         stabilised: take(&drive.stabilised),
+        expected: take(&drive.expected),
         phases_rad: take(&drive.phases_rad),
         believed_rad: take(&drive.believed_rad),
     }

@@ -104,6 +104,7 @@ fn scan_without_noise() -> ObservedScan {
         scale: NoiseScale::new(0.0, NEXT_TO_NONE, 1.0),
         dark: Vec::new(),
         within: None,
+        slow_level: None,
         map_noise: None,
         outliers: 0,
         phase: None,

@@ -226,7 +226,8 @@ impl<'o> Problem<'o> {
                 let by_level = by_pressure && !model.scatters_field();
                 if is_nuisance && of_scan == 0 && by_level {
                     let slopes = self.slopes(numbers, evaluation);
-                    return along_gain(slopes, &evaluation.pressures, j / Nuisance::COUNT);
+                    let column = along_gain(slopes, &evaluation.pressures, j / Nuisance::COUNT);
+                    return self.projected(column, evaluation);
                 }
                 let random = random.iter().find(|range| range.contains(&j));
                 if let Some(range) = random.filter(|_| by_pressure) {
@@ -298,11 +299,11 @@ impl<'o> Problem<'o> {
             let mut louder = evaluation.pressures.clone();
             let all = louder.iter_mut().flatten().flatten();
             all.for_each(|pressure| pressure.coherent *= 1.0 + LOUDER);
-            let moved = self.residuals(numbers, &louder).for_least_squares();
+            let moved = self.residuals(numbers, &louder).by_reading();
             let pressures = evaluation.pressures.iter().flatten().flatten().cycle();
             let mut slopes: Vec<Complex64> = moved
                 .iter()
-                .zip(&evaluation.squared)
+                .zip(&evaluation.residuals.by_reading())
                 .zip(pressures)
                 .map(|((moved, residual), pressure)| {
                     let power = pressure.coherent.norm_sqr().max(f64::MIN_POSITIVE);
@@ -324,8 +325,9 @@ impl<'o> Problem<'o> {
         })
     }
 
-    /// Derivatives of the residuals with the reference of the phases fitted anew.
+    /// Derivatives of the residuals with the reference of the phases and the slow noise of the level fitted anew.
     fn projected(&self, mut column: Vec<f64>, evaluation: &Evaluation) -> Vec<f64> {
+        evaluation.residuals.take_slow_noise_out(self.observations, &mut column);
         let mut from = column.len() - evaluation.residuals.phases.len();
         for (phases, pressures) in
             evaluation.residuals.phases_of_scans.iter().zip(&evaluation.pressures)

@@ -6,6 +6,7 @@ use fieldgap_comparison::{
     within_readings,
 };
 use fieldgap_records::{PhaseReference, RecordedSample, RecordedScan};
+use std::sync::Arc;
 
 use crate::limits::{DRIVES_FOR_EACH_ELEMENT, MOST_ELEMENTS};
 use crate::model::motion::{Approach, Motion, approaches};
@@ -13,6 +14,7 @@ use crate::model::phases::{PhaseMeaning, noise_and_moves_rad};
 use crate::statistics::noise_scale::NoiseScale;
 use crate::statistics::phase_noise::PhaseNoise;
 use crate::statistics::scatter::Scatter;
+use crate::statistics::slow_level::{Followed, SlowLevel};
 
 /// The readings of one or several scans of one rig.
 #[derive(Debug, Clone)]
@@ -32,6 +34,8 @@ pub(crate) struct ObservedScan {
     pub averaged: f64,
     /// The scale on which they scatter by one.
     pub scale: NoiseScale,
+    /// The slow noise of their level; `None` where none is seen.
+    pub slow_level: Option<Arc<SlowLevel>>,
     /// The dark readings.
     pub dark: Vec<f64>,
     /// What the scatter of the magnitudes within its readings tells.
@@ -59,6 +63,8 @@ pub(crate) struct ObservedDrive {
     pub readings: Vec<f64>,
     /// The same on the scale on which it scatters by one.
     pub stabilised: Vec<f64>,
+    /// What was expected by the fit that told the slow noise of the level: a reading itself has its own noise. Empty where none was told.
+    pub expected: Vec<f64>,
     /// Phases of the readings in the convention exp(-iωt), rad, not a number where one was lost; empty where the scan has none.
     pub phases_rad: Vec<f64>,
     /// Phases of the set-up as believed at the same visits, rad.
@@ -155,6 +161,7 @@ impl Observations {
                             visits,
                             readings: samples.iter().map(|sample| sample.reading).collect(),
                             stabilised: Vec::new(),
+                            expected: Vec::new(),
                             phases_rad,
                             believed_rad,
                         };
@@ -167,6 +174,7 @@ impl Observations {
                     scatter: Scatter::default(),
                     averaged: averaged_magnitudes(scan),
                     scale: NoiseScale::new(0.0, 1.0, 1.0),
+                    slow_level: None,
                     dark,
                     within: within_readings(scan),
                     map_noise: PlaneNoise::of_scan(scan),
@@ -278,10 +286,12 @@ impl Observations {
                 };
                 drive.readings = take(&drive.readings);
                 drive.stabilised = take(&drive.stabilised);
+                drive.expected = take(&drive.expected);
                 drive.phases_rad = take(&drive.phases_rad);
                 drive.believed_rad = take(&drive.believed_rad);
             }
             scan.drives.retain(|drive| !drive.readings.is_empty());
+            scan.slow_level = scan.followed();
         }
         Self { scans }
     }
@@ -321,10 +331,31 @@ impl ObservedScan {
                 drive.readings.iter().map(|reading| self.scale.of(*reading)).collect();
         }
         self.scatter = scatter;
+        self.slow_level = self.followed();
         self.phase = self.phase.map(|meaning| {
             let (noise, moves_rad) = noise_and_moves_rad(self, meaning);
             PhaseMeaning { noise, moves_rad, ..meaning }
         });
+    }
+
+    /// Variance of the noise of a reading of usual variance, the slow noise of its level with it.
+    pub fn noise_variance(&self, reading: f64) -> f64 {
+        self.scale.slope(reading).powi(-2) + (self.scatter.slow_share() * reading).powi(2)
+    }
+
+    /// The slow noise of its level along its readings.
+    fn followed(&self) -> Option<Arc<SlowLevel>> {
+        let noise = self.scatter.slow?;
+        let drives = self.drives.iter();
+        let expected = drives.flat_map(|drive| drive.visits.iter().zip(&drive.expected));
+        let followed = |(number, (visit, level)): (usize, (&Visit, &f64))| Followed {
+            reading: number,
+            progress: visit.progress,
+            slope: level * self.scale.slope(*level) / visit.variance.sqrt(),
+            variance: 1.0,
+        };
+        let followed = expected.enumerate().map(followed).collect();
+        Some(Arc::new(SlowLevel::along(noise, followed)))
     }
 
     /// Time from its first driven reading to the last of these, s.

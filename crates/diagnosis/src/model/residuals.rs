@@ -6,6 +6,7 @@
 //! and the logarithm of the variance is charged.
 
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 use super::effect::Expected;
 use super::forward_model::{ForwardModel, Pressures};
@@ -16,12 +17,17 @@ use super::pressure::Pressure;
 use super::receiver::Scaled;
 use crate::limits::LEAST_VARIANCE_RATIO;
 use crate::statistics::reading_pairs::without_floor;
+use crate::statistics::slow_level::SlowLevel;
 
 /// Residuals of all readings, scan by scan, drive by drive.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Residuals {
-    /// In standard deviations.
+    /// In standard deviations; of a scan with slow noise of its level, what that does not predict.
     pub scaled: Vec<f64>,
+    /// The same with that noise in them; empty where no scan has it.
+    pub with_slow_noise: Vec<f64>,
+    /// The slow noise of each scan's level beside the scatter of its readings.
+    pub slow_levels: Vec<Option<Arc<SlowLevel>>>,
     /// Logarithm of the variance over the scan's scatter's; empty where it is zero everywhere.
     pub log_variances: Vec<f64>,
     /// Of the phases, in standard deviations, zero where one says nothing; empty where no scan has phases.
@@ -61,8 +67,51 @@ impl Residuals {
 
     /// The same as numbers whose squares sum up to it and a constant, as least squares wants them.
     pub fn for_least_squares(&self) -> Vec<f64> {
+        self.beside_charges(&self.scaled)
+    }
+
+    /// The same with the slow noise in them, where each follows from the pressure of its own reading.
+    pub fn by_reading(&self) -> Vec<f64> {
+        match self.with_slow_noise.is_empty() {
+            true => self.for_least_squares(),
+            false => self.beside_charges(&self.with_slow_noise),
+        }
+    }
+
+    fn beside_charges(&self, scaled: &[f64]) -> Vec<f64> {
         let charges = self.log_variances.iter().map(|log| (log + LIFT).max(0.0).sqrt());
-        self.scaled.iter().copied().chain(charges).chain(self.phases.iter().copied()).collect()
+        scaled.iter().copied().chain(charges).chain(self.phases.iter().copied()).collect()
+    }
+
+    /// Takes the slow noise out of derivatives of the residuals by reading.
+    pub fn take_slow_noise_out(&self, observations: &Observations, derivatives: &mut [f64]) {
+        let mut from = 0;
+        for (scan, slow_level) in observations.scans.iter().zip(&self.slow_levels) {
+            let of_scan = from..from + scan.len();
+            from = of_scan.end;
+            if let Some(slow_level) = slow_level {
+                slow_level.take_out(&mut derivatives[of_scan]);
+            }
+        }
+    }
+
+    /// Takes the slow noise out of the last residuals, those of a scan.
+    fn follow(&mut self, scan: &ObservedScan) {
+        let from = self.scaled.len() - scan.len();
+        self.with_slow_noise.extend(&self.scaled[from..]);
+        let mut slow_level = scan.slow_level.clone();
+        if let Some(usual) = slow_level.as_mut().filter(|_| !self.log_variances.is_empty()) {
+            let ratios: Vec<f64> = self.log_variances[from..].iter().map(|log| log.exp()).collect();
+            let beside = Arc::new(usual.beside(&ratios));
+            for ((reading, variance), (_, usual)) in beside.variances().zip(usual.variances()) {
+                self.log_variances[from + reading] += (variance / usual).ln();
+            }
+            *usual = beside;
+        }
+        if let Some(slow_level) = &slow_level {
+            slow_level.take_out(&mut self.scaled[from..]);
+        }
+        self.slow_levels.push(slow_level);
     }
 }
 
@@ -78,6 +127,7 @@ impl ForwardModel<'_> {
         let count = observations.len();
         residuals.scaled.reserve(count);
         let have_phases = observations.have_phases();
+        let have_slow_noise = observations.scans.iter().any(|scan| scan.slow_level.is_some());
         for ((scan, pressures), nuisance) in observations.scans.iter().zip(pressures).zip(nuisance)
         {
             let gain = nuisance.log_gain.exp();
@@ -93,6 +143,9 @@ impl ForwardModel<'_> {
                         residuals.log_variances.push(variance_ratio.ln());
                     }
                 }
+            }
+            if have_slow_noise {
+                residuals.follow(scan);
             }
             if have_phases {
                 let first = residuals.phases.len();

@@ -102,6 +102,7 @@ pub(crate) fn judge_scatter(scan: &ObservedScan, levels: &[Vec<Level>]) -> Scatt
     let additive = known.additive.max(lowest);
     let scatter = Scatter {
         share: rough.0,
+        slow: None,
         additive,
         fluctuation: 0.0,
         cause: Fluctuation::OfPaths,

@@ -4,6 +4,7 @@
 //! - [`by_direction`]: the play or the lag that these show.
 //! - [`judge`]: the scatter that dark readings and repeats show, and what the residuals add.
 //! - [`fluctuating`]: whether all readings together show a fluctuating field.
+//! - [`slow`]: slow noise of the level, along the time of a scan.
 //! - [`settle`]: the scatter of every scan, given a forward model.
 
 pub mod by_direction;
@@ -12,3 +13,4 @@ pub mod judge;
 pub mod outliers;
 pub mod repeats;
 pub mod settle;
+pub mod slow;

@@ -11,6 +11,7 @@ use crate::model::observations::{Observations, ObservedDrive};
 use crate::model::pressure::Pressure;
 use crate::noise::by_direction::with_play_or_lag;
 use crate::noise::judge::{judge_scatter, settled};
+use crate::noise::slow::with_slow_noise;
 use crate::statistics::reading_pairs::{Compression, Level};
 use crate::statistics::scatter::Scatter;
 
@@ -26,7 +27,15 @@ pub(crate) fn settle_scatter(
     let levels = levels(observations, model, nuisance, context);
     for (scan, levels) in observations.scans.iter_mut().zip(&levels) {
         let scatter = judge_scatter(scan, levels);
-        scan.set_scatter(if fitted { settled(scan, levels, scatter) } else { scatter });
+        let scatter = match fitted {
+            true => with_slow_noise(scan, levels, settled(scan, levels, scatter)),
+            false => scatter,
+        };
+        for (drive, levels) in scan.drives.iter_mut().zip(levels) {
+            let expected = levels.iter().map(|level| level.reading);
+            drive.expected = expected.filter(|_| scatter.slow.is_some()).collect();
+        }
+        scan.set_scatter(scatter);
     }
 }
 
@@ -99,7 +108,9 @@ pub(crate) fn settled_again(
     let pairs = || observations.scans.iter().map(|scan| &scan.scatter).zip(&before);
     let changed = pairs().any(|(scatter, before)| {
         let off = |now: f64, before: f64| (now / before - 1.0).abs() > NOISE_CHANGED;
-        off(scatter.share, before.share) || off(scatter.additive, before.additive)
+        off(scatter.share, before.share)
+            || off(scatter.additive, before.additive)
+            || off(scatter.share_of_repeats(), before.share_of_repeats())
     });
     let misled = pairs().any(|(scatter, before)| misleads(scatter, before));
     if !changed {
@@ -118,6 +129,7 @@ fn misleads(now: &Scatter, before: &Scatter) -> bool {
     is_off(now.share, before.share)
         || is_off(now.additive, before.additive)
         || (now.fluctuation > 0.0) != (before.fluctuation > 0.0)
+        || now.slow.is_some() != before.slow.is_some()
 }
 
 #[cfg(test)]

@@ -123,6 +123,7 @@ impl ReportBuilder<'_> {
             r#where: gap_budget(observations, &nuisance, &before, &after),
             next_measurement: self.advice(),
             noise: self.noise(),
+            slow_noise: observations.scans[0].scatter.slow.map(|slow| slow.share),
             phase: self.phase(&nuisance),
             planes: maps(observations, &registration, &plotted),
             residual_tests: self.residual_tests(&structure_before),

@@ -3,6 +3,7 @@
 //! - [`test`]: a test of the residuals, with its limit.
 //! - [`patterns`]: neighbours, ripples, slow patterns, repeats, whole planes.
 //! - [`element_order`]: whether departures of single elements have an order.
+//! - [`level_steps`]: whether a level that wanders slowly steps at one moment.
 //! - [`far_readings`]: whether a few readings are farther off than a scatter makes them.
 //! - [`converter_steps`]: whether the converter's steps are too coarse for the noise.
 //! - [`score_tests`]: score tests for causes outside the catalogue.
@@ -11,6 +12,7 @@
 pub mod converter_steps;
 pub mod element_order;
 mod far_readings;
+mod level_steps;
 pub mod patterns;
 pub mod score_tests;
 pub mod stray_wave;
@@ -41,6 +43,7 @@ impl ResidualStructure {
     pub fn of(fit: &Fit, observations: &Observations, context: &Context) -> Self {
         let Self { residuals, mut tests } = Self::patterns_only(fit, observations, context);
         tests.extend(of_one_thing(fit, observations, context, &residuals));
+        tests.extend(level_steps::test(observations, &residuals));
         Self { residuals, tests }
     }
 

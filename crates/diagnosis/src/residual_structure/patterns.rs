@@ -280,6 +280,7 @@ mod tests {
             visits,
             readings,
             stabilised,
+            expected: Vec::new(),
             phases_rad: Vec::new(),
             believed_rad: Vec::new(),
         }

@@ -9,6 +9,7 @@
 //! - [`reading_pairs`]: differences of two readings of one level.
 //! - [`scatter`]: how the readings of a scan scatter.
 //! - [`significance`]: how rare a statistic is.
+//! - [`slow_level`]: slow noise of the level, taken out of residuals.
 
 pub mod detector;
 pub mod fluctuation;
@@ -19,3 +20,4 @@ pub mod reading_pairs;
 pub mod reference_motion;
 pub mod scatter;
 pub mod significance;
+pub mod slow_level;

@@ -10,12 +10,15 @@ use std::sync::Arc;
 use crate::limits::{FEWEST_REPEATS, FLUCTUATION_SHOWN, USUAL_NOISE_WITHIN};
 use crate::statistics::fluctuation::Fluctuation;
 use crate::statistics::reading_pairs::{Pair, cost};
+use crate::statistics::slow_level::SlowNoise;
 
 /// The scatter of one reading.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Scatter {
     /// Standard deviation of the proportional noise, relative to the level.
     pub share: f64,
+    /// Slow noise of the level beside it; `None` where none is seen.
+    pub slow: Option<SlowNoise>,
     /// Standard deviation of each quadrature of the additive noise, in the reading's unit.
     pub additive: f64,
     /// Fluctuation of the field that the repeats show, in the unit of its cause; zero for none.
@@ -51,6 +54,7 @@ impl Default for Scatter {
     fn default() -> Self {
         Self {
             share: 0.02,
+            slow: None,
             additive: 0.0,
             fluctuation: 0.0,
             cause: Fluctuation::OfPaths,
@@ -85,6 +89,16 @@ impl Scatter {
         [self.share, self.additive, self.fluctuation].map(|root| root * root)
     }
 
+    /// Standard deviation of the slow noise of the level, relative to it; zero where none is seen.
+    pub fn slow_share(&self) -> f64 {
+        self.slow.map_or(0.0, |slow| slow.share)
+    }
+
+    /// Proportional noise with the slow noise of the level, which repeats that are far apart in time show too.
+    pub fn share_of_repeats(&self) -> f64 {
+        self.share.hypot(self.slow_share())
+    }
+
     /// Noise in proportion to the level that silent readings have, of this share.
     pub fn share_in_silence(&self, share: f64) -> f64 {
         if self.detector_after_all_noise { 0.0 } else { share }
@@ -97,8 +111,8 @@ impl Scatter {
 
     /// Nats by which the repeats prefer the fluctuation of this scatter to one of this size and cause.
     pub fn against(&self, fluctuation: f64, cause: Fluctuation) -> f64 {
-        let of =
-            |fluctuation, cause| cost(&self.pairs, self.share, self.additive, fluctuation, cause);
+        let share = self.share_of_repeats();
+        let of = |fluctuation, cause| cost(&self.pairs, share, self.additive, fluctuation, cause);
         (of(fluctuation, cause) - of(self.fluctuation, self.cause)).max(0.0)
     }
 

@@ -71,10 +71,13 @@ impl Diagnosis {
             1 => " One more stands out from those beside it and is left out.".to_owned(),
             more => format!(" {more} more stand out from those beside them and are left out."),
         };
+        let slow = self.slow_noise.map_or(String::new(), |share| {
+            format!(" The level wanders by {}, slowly.", percent(share))
+        });
         paragraph(&format!("Verdict: {verdict}."), 0, 2)
             + &paragraph(
                 &format!(
-                    "{scans} against {}: {} readings, noise of one {}.{left_out}",
+                    "{scans} against {}: {} readings, noise of one {}.{slow}{left_out}",
                     self.simulator,
                     self.points,
                     noise(&self.noise, &self.reading_unit)

@@ -31,7 +31,7 @@ pub(crate) fn gap_budget(
 ) -> Where {
     let parts = parts(observations);
     let noise = |part: &Part<'_>, i: usize| {
-        observations.scans[part.scan].scale.slope(part.drive.readings[i]).powi(-2)
+        observations.scans[part.scan].noise_variance(part.drive.readings[i])
     };
     let squares = |part: &Part<'_>, expected: &[f64], of: &[usize]| -> f64 {
         of.iter().map(|&i| (part.drive.readings[i] - expected[part.first + i]).powi(2)).sum()
@@ -160,11 +160,7 @@ fn kinds(
         whole += residual.norm_squared();
         with_gain += left(1);
         with_shift += left(4);
-        noise += part
-            .own
-            .iter()
-            .map(|&i| scan.scale.slope(part.drive.readings[i]).powi(-2))
-            .sum::<f64>();
+        noise += part.own.iter().map(|&i| scan.noise_variance(part.drive.readings[i])).sum::<f64>();
     }
     if whole <= 0.0 {
         return KindShares { gain: 0.0, registration: 0.0, shape: 0.0, noise: 1.0 };

@@ -46,6 +46,7 @@ pub(crate) fn scatter_beside(observations: &Observations, fit: &Fit, context: &C
         for ((reading, visit), expected) in readings.zip(&mut expected) {
             let deviation = scan.scale.deviation(expected.reading);
             scatter += visit.variance * expected.variance_ratio * deviation * deviation;
+            scatter += (scan.scatter.slow_share() * reading).powi(2);
             power += reading * reading;
         }
     }
@@ -58,7 +59,7 @@ pub(crate) fn noise_floor(observations: &Observations) -> f64 {
     for scan in &observations.scans {
         let drives = scan.drives.iter();
         for (reading, visit) in drives.flat_map(|drive| drive.readings.iter().zip(&drive.visits)) {
-            noise += visit.variance * scan.scale.slope(*reading).powi(-2);
+            noise += visit.variance * scan.noise_variance(*reading);
             power += reading * reading;
         }
     }

@@ -85,6 +85,7 @@ pub fn explained(heights_mm: &[f64], step_mm: f64) -> Diagnosis {
         },
         next_measurement: None,
         noise: NOISE,
+        slow_noise: None,
         phase: None,
         registration: registration(),
         residual_tests: vec![

@@ -82,10 +82,11 @@ pub async fn script(page: &Client, script: &str) -> Value {
     page.execute(script, vec![]).await.expect("it runs")
 }
 
-/// Waits until a script gives true.
+/// Waits until a script gives true. What it asks of may not be on the page yet: then it is not true.
 pub async fn until(page: &Client, wanted: &str) {
     let begun = Instant::now();
-    while script(page, &format!("return Boolean({wanted})")).await != Value::Bool(true) {
+    let asked = format!("try {{ return Boolean({wanted}) }} catch {{ return false }}");
+    while script(page, &asked).await != Value::Bool(true) {
         if begun.elapsed() > PATIENCE {
             let seen = script(page, "return document.body.innerText").await;
             panic!("never {wanted}: {seen}");

@@ -104,8 +104,8 @@ pub(crate) const MOST_SHARE: f64 = 0.1;
 /// Set by judgement.
 pub(crate) const FLOOR_MARGIN: f64 = 0.1;
 
-/// Nats by which repeats, or all readings together, must prefer turbulence to steady noise, or must speak against it to exclude it: odds of 22,000
-/// to one. Set by judgement.
+/// Nats by which repeats, or all readings together, must prefer turbulence to steady noise, or must speak against it to exclude it, and by which what a fit
+/// leaves must prefer slow noise of the level: odds of 22,000 to one. Set by judgement.
 pub(crate) static FLUCTUATION_SHOWN: DecisiveLimit = DecisiveLimit::new("fluctuation-shown", 10.0);
 
 /// Nats by which repeats must prefer a fluctuating field for one to be tried where steady noise leaves a gap that nothing explains: odds of twenty to one.
@@ -114,9 +114,6 @@ pub(crate) const FLUCTUATION_POSSIBLE: f64 = 3.0;
 
 /// Readings below which no slow noise of the level is looked for: what a fit leaves of so few follows its numbers. Set by judgement.
 pub(crate) const FEWEST_FOR_SLOW_NOISE: usize = 100;
-
-/// Nats by which what a fit leaves must prefer slow noise of the level: odds of 150 to one, as receivers commonly have it. Set by judgement.
-pub(crate) const SLOW_NOISE_SHOWN: f64 = 5.0;
 
 /// Largest slow noise, relative to the level: a receiver that wanders by more is at fault, and that is for a diagnosis to tell. Set by judgement.
 pub(crate) const MOST_SLOW_NOISE: f64 = 0.015;

@@ -3,7 +3,7 @@
 use fieldgap_acoustics::golden_section::least_positive;
 use nalgebra::{Matrix2, Vector2};
 
-use crate::limits::{FEWEST_FOR_SLOW_NOISE, MOST_SLOW_NOISE, SLOW_NOISE_SHOWN};
+use crate::limits::{FEWEST_FOR_SLOW_NOISE, FLUCTUATION_SHOWN, MOST_SLOW_NOISE};
 use crate::model::observations::ObservedScan;
 use crate::statistics::reading_pairs::Level;
 use crate::statistics::scatter::Scatter;
@@ -50,7 +50,7 @@ pub(crate) fn with_slow_noise(
     let otherwise = costs.iter().map(|(_, otherwise, _)| *otherwise).fold(f64::INFINITY, f64::min);
     let (of_each, _, (share, cost)) =
         costs.into_iter().min_by(|a, b| a.2.1.total_cmp(&b.2.1)).expect("there are some");
-    if otherwise - cost < SLOW_NOISE_SHOWN {
+    if otherwise - cost < FLUCTUATION_SHOWN.get() {
         return scatter;
     }
     let slow = Some(SlowNoise { share, ..none });

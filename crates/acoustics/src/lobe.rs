@@ -294,8 +294,9 @@ fn has_ended(series: &[f64]) -> bool {
 /// (L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, ch. 3).
 fn chebyshev(terms: usize, function: impl Fn(f64) -> f64) -> Vec<f64> {
     /// Those of the usual numbers of terms: a fit is made for each new set-up, and there are many.
-    static USUAL: LazyLock<[Projection; 4]> =
-        LazyLock::new(|| [8, 32, 64, 128].map(Projection::of));
+    static USUAL: LazyLock<[Projection; 4]> = LazyLock::new(|| {
+        [PIECE_TERMS, FIRST_TERMS, 2 * FIRST_TERMS, MAX_TERMS].map(Projection::of)
+    });
     match USUAL.iter().find(|projection| projection.nodes.len() == terms) {
         Some(projection) => projection.series(function),
         None => Projection::of(terms).series(function),

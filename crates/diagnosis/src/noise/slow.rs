@@ -177,3 +177,27 @@ fn saved_by_steps(lines: &[Line], all: Line, each: f64) -> f64 {
         false => 0.0,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Levels of residuals of variance one, each with a drift, and one that drifts all along.
+    #[test]
+    fn steps_lower_the_cost_and_a_drift_alone_does_not() {
+        let line = |n: usize, level: f64| {
+            let by_level = Vector2::new(1.0, n as f64 / 100.0);
+            Line { product: by_level * level, power: by_level * by_level.transpose() }
+        };
+        let saved = |level: &dyn Fn(usize) -> f64| {
+            let lines: Vec<Line> = (0..100).map(|n| line(n, level(n))).collect();
+            let all = lines.iter().copied().fold(Line::default(), Line::and);
+            saved_by_steps(&lines, all, 2.0 * 100f64.ln())
+        };
+        let drift = |n: usize| 0.03 * n as f64;
+        assert_eq!(saved(&drift), 0.0);
+        let one = saved(&|n| drift(n) + if n < 40 { 0.0 } else { 2.0 });
+        let two = saved(&|n| drift(n) + if (30..70).contains(&n) { 2.0 } else { 0.0 });
+        assert!(one > 5.0 && two > 20.0, "{one} {two}");
+    }
+}

@@ -235,6 +235,23 @@ mod tests {
         }
     }
 
+    /// A level that is two percent higher from the thirtieth reading on, in residuals without noise, and no step.
+    #[test]
+    fn a_step_of_the_level_is_found_where_it_is() {
+        let filter = SlowLevel::along(SlowNoise::of(0.005, COUNT).expect("enough"), readings());
+        let mut residuals = vec![0.0; COUNT];
+        let stepped = readings().into_iter().filter(|followed| followed.reading >= 30);
+        stepped.for_each(|followed| residuals[followed.reading] = 0.02 * followed.slope);
+        filter.take_out(&mut residuals);
+        let (step, after) = filter.strongest_step(&residuals).expect("readings");
+        let there = (30.0f64 / (COUNT - 1) as f64).powf(1.3);
+        assert!(step > 2.0 && (after - there).abs() < 1e-9, "{step} {after} {there}");
+        let alternating: Vec<f64> =
+            (0..COUNT).map(|n| if n % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let (none, _) = filter.strongest_step(&alternating).expect("readings");
+        assert!(none < 2.0, "{none}");
+    }
+
     #[test]
     fn two_readings_have_slow_noise_and_one_has_none() {
         let relaxations = |readings| SlowNoise::of(0.01, readings).map(|noise| noise.relaxations);

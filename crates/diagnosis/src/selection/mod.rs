@@ -8,7 +8,8 @@
 //! - [`changed_readings`]: the same by a short formula, for thousands of changes.
 //! - [`turned_drives`]: the same to first order, for small turns of all elements.
 //! - [`starts`]: where the search for an effect begins.
-//! - [`stray_waves`]: the same for planes, walls and objects.
+//! - [`stray_waves`]: the same for planes and objects.
+//! - [`walls`]: the same for walls.
 //! - [`extension`]: sets, each extended by every other effect.
 //! - [`model_search`]: the search from the believed set-up to the best set.
 
@@ -23,3 +24,4 @@ pub mod scored_model;
 pub mod starts;
 pub mod stray_waves;
 pub mod turned_drives;
+mod walls;

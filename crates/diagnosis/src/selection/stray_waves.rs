@@ -1,18 +1,16 @@
-//! Where the search begins for waves that come from elsewhere than the elements: planes above the field, walls beside it, objects in it. Every place is tried with few
-//! readings, the strength of the wave solved for.
+//! Where the search begins for waves that come from elsewhere than the elements: planes above the field and objects in it; [`walls`](super::walls) beside it have
+//! a file of their own. Every place is tried with few readings, the strength of the wave solved for.
 
 use fieldgap_acoustics::Vec3;
 use nalgebra::{Matrix3, Vector3};
 use num_complex::Complex64;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 
 use crate::effects::reflection::Reflection;
 use crate::effects::scatterer::Scatterer;
-use crate::effects::wall::Wall;
 use crate::limits::{
-    BEYOND_CHANCE, FARTHEST_WALL_M, FEWEST_OF_STRAY_WAVES, HIGHEST_PLANE_M, OBJECTS,
-    PAIRS_OF_STRAY_WAVES, PLANES, START_SHORT_BY, TOUCHED_M, WALLS,
+    BEYOND_CHANCE, FEWEST_OF_STRAY_WAVES, HIGHEST_PLANE_M, OBJECTS, PAIRS_OF_STRAY_WAVES, PLANES,
+    START_SHORT_BY, TOUCHED_M,
 };
 use crate::model::effect::Context;
 use crate::model::mirror::Mirror;
@@ -29,18 +27,6 @@ const HEIGHTS_APART: f64 = 2.0;
 
 /// Steps of a coefficient: a plane that returns a third of the sound is not small.
 const STEPS: usize = 3;
-
-/// Directions of a wall that are tried, all around: 16 cm away an image is 7 mm from that of the next, and the phase turns by a radian over half of
-/// a scan of 70 mm.
-const DIRECTIONS: usize = 72;
-
-/// Distance, m, from which on the steps between walls grow with its square: the paths to the top and to the bottom of a scan differ by z²/2d, so that they
-/// change by less and less. (At 15 cm, half a wavelength changes them by a quarter of a turn over a scan 20 cm high.)
-const NEAR_WALL_M: f64 = 0.15;
-
-/// Steps of a wall's lean towards the field, each as wide as one of its azimuth: up to 20 degrees. One that leans away from the array sends the sound past
-/// the field.
-const LEANS: u8 = 4;
 
 /// Steps between places of an object, across and up, m: half the resolution of a scan there.
 const OBJECT_STEPS_M: [f64; 3] = [4e-3, 4e-3, 5e-3];
@@ -74,65 +60,6 @@ impl QuickScores<'_> {
             (-fall, Reflection::at_height(height_m, coefficient, context))
         });
         worth_a_fit(all.collect(), ways.ln() - START_SHORT_BY, PLANES)
-    }
-
-    /// The walls, upright or leaning, that explain most, as a fit works on them.
-    pub fn walls(&self, context: &Context) -> Vec<Vec<f64>> {
-        let step_m = 0.5 * wavelength_m(context);
-        let stride = self.stride_of_waves(context);
-        let still = self.slopes(stride, &[], Complex64::ZERO);
-        let elements_m = context.believed.array.elements().iter().map(|element| element.centre_m);
-        let places_m: Vec<Vec3> =
-            elements_m.chain(self.each_drive(1).into_iter().flat_map(|(_, at_m)| at_m)).collect();
-        let turn_rad = TAU / DIRECTIONS as f64;
-        let directions: Vec<[f64; 2]> = (0..=LEANS)
-            .map(|lean| turn_rad * f64::from(lean))
-            .flat_map(|lean_rad| (0..DIRECTIONS).map(move |n| [turn_rad * n as f64, lean_rad]))
-            .collect();
-        let drives = self.each_drive(stride);
-        let of_direction = |direction: [f64; 2]| {
-            let facing = |distance_m: f64| Wall::facing(direction, distance_m);
-            let normal = facing(0.0).normal;
-            // A wall does not cut through what was measured.
-            let nearest_m = places_m.iter().map(|at_m| normal.dot(at_m)).fold(0.0, f64::max);
-            let farther_m =
-                |at_m: &f64| Some(at_m + step_m * (at_m / NEAR_WALL_M).max(1.0).powi(2));
-            let distances_m: Vec<f64> = std::iter::successors(farther_m(&nearest_m), farther_m)
-                .take_while(|at_m| *at_m < nearest_m + FARTHEST_WALL_M)
-                .collect();
-            let count = distances_m.len();
-            // The field of the images is that of the array at the images of the places, but for the receiver's directivity.
-            let images_m: Vec<Vec<Vec3>> = (drives.iter())
-                .map(|(_, places_m)| {
-                    let mirrors = distances_m.iter().map(|at_m| facing(*at_m));
-                    let of_wall =
-                        |mirror: Mirror| places_m.iter().map(move |at_m| mirror.of_place(at_m));
-                    mirrors.flat_map(of_wall).collect()
-                })
-                .collect();
-            let at = drives.iter().zip(&images_m);
-            let fields = self.fields(at.map(|((drive, _), at_m)| (*drive, at_m.as_slice())));
-            let of_wall = |(number, distance_m): (usize, f64)| {
-                let mut mirrored = Vec::new();
-                let mut before = 0;
-                for (_, places_m) in &drives {
-                    let first = before + number * places_m.len();
-                    mirrored.extend_from_slice(&fields[first..first + places_m.len()]);
-                    before += count * places_m.len();
-                }
-                (-Descent::of(&still, &mirrored).expected_fall(), (direction, distance_m))
-            };
-            distances_m.into_iter().enumerate().map(of_wall).collect::<Vec<_>>()
-        };
-        let quick: Vec<_> = directions.into_par_iter().flat_map_iter(of_direction).collect();
-        let ways = quick.len() as f64;
-        let finest = best_of(quick, 2 * PLANES).into_iter().map(|(direction, distance_m)| {
-            let images = self.images(self.stride, &Wall::facing(direction, distance_m));
-            let (fall, coefficient) = self.solved(self.stride, &images);
-            let scaled = self.stride as f64 * fall;
-            (-scaled, Wall::returning(direction, distance_m, coefficient, context))
-        });
-        worth_a_fit(finest.collect(), ways.ln() + BEYOND_CHANCE, WALLS)
     }
 
     /// The places of objects that explain most, as a fit works on them.
@@ -206,13 +133,13 @@ impl QuickScores<'_> {
     }
 
     /// One reading in this many for the first comparison.
-    fn stride_of_waves(&self, context: &Context) -> usize {
+    pub(super) fn stride_of_waves(&self, context: &Context) -> usize {
         let readings = PAIRS_OF_STRAY_WAVES / self.model.waves_of_all(context).max(1);
         (self.observations.len() / readings.max(FEWEST_OF_STRAY_WAVES)).max(1)
     }
 
     /// Decrease of the cost, and strength, of a wave, by Gauss-Newton steps from zero, together with the gain.
-    fn solved(&self, stride: usize, waves: &[Complex64]) -> (f64, Complex64) {
+    pub(super) fn solved(&self, stride: usize, waves: &[Complex64]) -> (f64, Complex64) {
         let at = |strength| Descent::of(&self.slopes(stride, waves, strength), waves);
         let none = at(Complex64::ZERO);
         let (mut step, none) = (none.step(), none.cost_by_gain());
@@ -231,7 +158,12 @@ impl QuickScores<'_> {
     }
 
     /// Residuals and slopes of one visit in `stride`, drive by drive, with this multiple of a wave's pressures.
-    fn slopes(&self, stride: usize, waves: &[Complex64], strength: Complex64) -> Vec<Slope> {
+    pub(super) fn slopes(
+        &self,
+        stride: usize,
+        waves: &[Complex64],
+        strength: Complex64,
+    ) -> Vec<Slope> {
         let mut slopes = Vec::with_capacity(waves.len());
         let mut waves = waves.iter();
         let next = |_: &ScoredDrive, _| waves.next().map_or(Complex64::ZERO, |p| strength * p);
@@ -240,7 +172,7 @@ impl QuickScores<'_> {
     }
 
     /// Every drive with the places of one visit in `stride`.
-    fn each_drive(&self, stride: usize) -> Vec<(&ScoredDrive, Vec<Vec3>)> {
+    pub(super) fn each_drive(&self, stride: usize) -> Vec<(&ScoredDrive, Vec<Vec3>)> {
         let places_m = |drive: &ScoredDrive| -> Vec<Vec3> {
             let observed = &self.observations.scans[drive.scan].drives[drive.drive];
             let visits = observed.visits.iter().step_by(stride);
@@ -251,7 +183,7 @@ impl QuickScores<'_> {
     }
 
     /// The field of drives at these places, drive by drive.
-    fn fields<'p>(
+    pub(super) fn fields<'p>(
         &'p self,
         drives: impl Iterator<Item = (&'p ScoredDrive, &'p [Vec3])>,
     ) -> Vec<Complex64> {
@@ -270,7 +202,7 @@ impl QuickScores<'_> {
     }
 
     /// The images of the elements in a plane, at one visit in `stride`, drive by drive.
-    fn images(&self, stride: usize, mirror: &Mirror) -> Vec<Complex64> {
+    pub(super) fn images(&self, stride: usize, mirror: &Mirror) -> Vec<Complex64> {
         let mut images = Vec::new();
         let drives = self.each_drive(stride);
         for of_scan in drives.chunk_by(|one, other| one.0.scan == other.0.scan) {
@@ -283,12 +215,12 @@ impl QuickScores<'_> {
     }
 }
 
-fn wavelength_m(context: &Context) -> f64 {
+pub(super) fn wavelength_m(context: &Context) -> f64 {
     context.believed.medium.wavelength_m(context.believed.frequency_hz)
 }
 
 /// The best of some starts, of those that gain so many nats at least.
-fn worth_a_fit(starts: Vec<(f64, Vec<f64>)>, nats: f64, most: usize) -> Vec<Vec<f64>> {
+pub(super) fn worth_a_fit(starts: Vec<(f64, Vec<f64>)>, nats: f64, most: usize) -> Vec<Vec<f64>> {
     let worth = starts.into_iter().filter(|(cost, _)| -0.5 * cost > nats);
     best_of(worth.collect(), most)
 }
@@ -306,14 +238,14 @@ fn apart(mut scored: Vec<(f64, f64)>, apart_m: f64, most: usize) -> Vec<f64> {
 }
 
 /// The normal equations for a gain and the strength of a wave.
-struct Descent {
+pub(super) struct Descent {
     curvature: Matrix3<f64>,
     downhill: Vector3<f64>,
     cost: f64,
 }
 
 impl Descent {
-    fn of(slopes: &[Slope], waves: &[Complex64]) -> Self {
+    pub(super) fn of(slopes: &[Slope], waves: &[Complex64]) -> Self {
         let (mut curvature, mut downhill, mut cost) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
         for (slope, wave) in slopes.iter().zip(waves) {
             let by_wave = slope.by_pressure() * wave;
@@ -344,66 +276,7 @@ impl Descent {
     }
 
     /// The expected decrease of the cost beyond that by the gain alone, to first order.
-    fn expected_fall(&self) -> f64 {
+    pub(super) fn expected_fall(&self) -> f64 {
         self.whole_step().map_or(0.0, |step| self.downhill.dot(&step) - self.by_gain())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use fieldgap_acoustics::Excitation;
-
-    use super::*;
-    use crate::effect_id::EffectId;
-    use crate::effects::effect;
-    use crate::effects::testing::{Bench, nuisance};
-    use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
-    use crate::model::effect::Choice;
-    use crate::model::instance::Instance;
-
-    /// Of two drives with different places.
-    #[test]
-    fn the_search_for_walls_begins_where_a_fit_finds_the_one_that_is_there() {
-        const DISTANCE_M: f64 = 0.37;
-        // Half way between two leans.
-        let direction = [0.7, 0.305];
-        let bench = Bench::new();
-        let places = |count: u32, z_m: f64| -> Vec<Vec3> {
-            let at = |n: u32| Vec3::new(f64::from(n % 20) - 9.5, f64::from(n / 20) - 4.5, 0.0);
-            (0..count).map(|n| 4e-3 * at(n) + Vec3::z() * z_m).collect()
-        };
-        let focused = bench.believed().excitation.clone();
-        let mut observations = bench
-            .observations(&[(focused, places(200, 0.1)), (Excitation::Uniform, places(120, 0.13))]);
-        let coefficient = Complex64::from(0.4);
-        let wall = Wall::returning(direction, DISTANCE_M, coefficient, &bench.context);
-        let model = bench.model(EffectId::Wall, &wall);
-        let mut readings = model.expected_readings(&observations, &[nuisance()]).into_iter();
-        let scan = &mut observations.scans[0];
-        for drive in &mut scan.drives {
-            drive.readings = readings.by_ref().take(drive.visits.len()).collect();
-            drive.stabilised =
-                drive.readings.iter().map(|reading| scan.scale.of(*reading)).collect();
-        }
-        let nothing = Fit::of_nothing(vec![nuisance()]);
-        let found = QuickScores::of(&nothing, &observations, &bench.context).walls(&bench.context);
-        let best = &found[0];
-        let step_rad = TAU / DIRECTIONS as f64;
-        for (found_rad, truly_rad) in best.iter().zip(direction) {
-            assert!((found_rad - truly_rad).abs() < step_rad, "{found:?}");
-        }
-        // Of a wall that leans a little more the distance is a little larger: the fit finds its way from there.
-        let instance = Instance { effect: effect(EffectId::Wall), choice: Choice::None };
-        let start = Start {
-            instances: vec![instance],
-            values: vec![best.clone()],
-            spreads: vec![f64::NAN],
-            nuisance: Some(vec![nuisance()].into()),
-        };
-        let fitted = &fit(&observations, &bench.context, start, SEARCH).values[0];
-        for (found_rad, truly_rad) in fitted.iter().zip(direction) {
-            assert!((found_rad - truly_rad).abs() < 5e-3, "{found:?} {fitted:?}");
-        }
-        assert!((fitted[2] / (1e3 * DISTANCE_M) - 1.0).abs() < 0.015, "{found:?} {fitted:?}");
     }
 }

@@ -26,7 +26,7 @@ pub(super) enum Sizes {
 }
 
 /// Every id that can be drawn. (A level that settles, `warm-up`, is told as a `gain-drift` with its time constant, and is not drawn.)
-pub(super) const IDS: [&str; 37] = [
+pub(super) const IDS: [&str; 38] = [
     "sound-speed",
     "absorption",
     "flow",
@@ -64,6 +64,7 @@ pub(super) const IDS: [&str; 37] = [
     "scatterer",
     "temperature-drift",
     "bowed-array",
+    "element-tilt",
 ];
 
 /// Number of draws from which the nearest to the target gap is taken.
@@ -99,6 +100,8 @@ pub(super) fn draw(id: &str, laboratory: &Laboratory, random: &mut RandomSequenc
         "directivity" => any(0.4, move |size| one("width_ratio", (sign * size).exp())),
         "element-gain" => any(0.4, |size| one("spread", size)),
         "element-phase" => any(1.0, |size| one("spread_rad", size)),
+        // An element that leans by more than half a radian has left its board.
+        "element-tilt" => any(0.5, |size| one("spread_rad", size)),
         "dead-elements" | "polarity" => one_of(|| {
             // One to three, or up to one in twelve of a larger array.
             let how_many = 1 + random.index((count / 12).max(3));

@@ -57,6 +57,8 @@ effect_ids! {
     ElementGain = "element-gain",
     /// Phases differ from element to element.
     ElementPhase = "element-phase",
+    /// The axes of the elements point elsewhere than believed, each by itself.
+    ElementTilt = "element-tilt",
     /// One to three elements, or up to a twelfth of a large array, are silent.
     DeadElements = "dead-elements",
     /// One to three elements, or up to a twelfth of a large array, are wired in reverse.

@@ -5,6 +5,9 @@ use fieldgap_acoustics::{Element, Vec3};
 use fieldgap_diagnosis::{Diagnosis, EffectId, FittedParameter, diagnose};
 use fieldgap_records::RecordedScan;
 use num_complex::Complex64;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
 
 use square_array::{Scan, WAVENUMBER_RAD_M, named_alone, phases_rad, real};
@@ -56,6 +59,48 @@ fn a_bowed_array_is_told_with_its_sagitta() {
     named_alone(&diagnosis, EffectId::BowedArray);
     let found_mm = real(&diagnosis, "bowed-array.sagitta_mm");
     assert!((found_mm - 1e3 * SAGITTA_M).abs() < 0.02, "{found_mm}");
+}
+
+/// Of pistons whose axes lean at random in both directions.
+#[test]
+fn leaning_elements_are_told_each_with_its_angles() {
+    const SPREAD_RAD: f64 = 0.12;
+    let mut random = ChaCha8Rng::seed_from_u64(65);
+    let mut angle = || -> f64 {
+        let normal: f64 = StandardNormal.sample(&mut random);
+        SPREAD_RAD * normal
+    };
+    let leans: Vec<[f64; 2]> = (0..36).map(|_| [angle(), angle()]).collect();
+    let scan = scan();
+    let places = scan.believed(0).array.elements().to_vec();
+    let record = scan.read_waves(65, |element, phase_rad, at| {
+        let number = places.iter().position(|other| other.centre_m == element.centre_m);
+        let [about_x, about_y] = leans[number.expect("an element of the array")];
+        let (sin_x, cos_x) = about_x.sin_cos();
+        let (sin_y, cos_y) = about_y.sin_cos();
+        let normal = Vec3::new(cos_x * sin_y, -sin_x, cos_x * cos_y);
+        let wave = piston(element.centre_m, normal, element.radius_m, at, WAVENUMBER_RAD_M);
+        wave * Complex64::cis(phase_rad)
+    });
+    let diagnosis = diagnosed(record);
+    named_alone(&diagnosis, EffectId::ElementTilt);
+    let spread_rad = real(&diagnosis, "element-tilt.spread_rad");
+    assert!((spread_rad / SPREAD_RAD - 1.0).abs() < 0.3, "{spread_rad}");
+    for (axis, name) in ["element-tilt.about_x_rad", "element-tilt.about_y_rad"].iter().enumerate()
+    {
+        let Some(FittedParameter::Each { value, standard_error }) =
+            diagnosis.ranked[0].parameters.get(*name)
+        else {
+            panic!("{name} is told of each element")
+        };
+        let in_errors = value.iter().zip(standard_error).zip(&leans);
+        let squares =
+            in_errors.map(|((found, error), lean)| ((found - lean[axis]) / error).powi(2));
+        let rms = (squares.sum::<f64>() / 36.0).sqrt();
+        assert!((0.6..1.5).contains(&rms), "{name}: {rms} standard errors");
+        let error_rad = standard_error.iter().sum::<f64>() / 36.0;
+        assert!(error_rad < 0.5 * SPREAD_RAD, "{name}: {error_rad}");
+    }
 }
 
 #[test]

@@ -246,16 +246,6 @@ def lost_steps(laboratory, random):
     return lambda _: {}, change
 
 
-def squinting_elements(laboratory, random):
-    lean = random.standard_normal(laboratory.places_m.shape)
-
-    def change(truth, size):
-        normals = truth.normals + 0.5 * size * lean
-        truth.normals = normals / np.linalg.norm(normals, axis=0)
-
-    return lambda _: {}, change
-
-
 def jumps_of_level(laboratory, random):
     stairs = random.uniform(-1, 1, 7)
 
@@ -263,6 +253,16 @@ def jumps_of_level(laboratory, random):
         truth.gain *= 1 + 0.5 * size * stairs[(6.999 * truth.time_s / truth.time_s[-1]).astype(int)]
 
     return lambda _: {}, change
+
+
+def leaning(laboratory, random):
+    lean = random.standard_normal(laboratory.places_m.shape)
+
+    def change(truth, size):
+        normals = truth.normals + 0.5 * size * lean
+        truth.normals = normals / np.linalg.norm(normals, axis=0)
+
+    return lambda size: {"element-tilt.spread_rad": 0.5 * size}, change
 
 
 def sound_speed(laboratory, random):
@@ -283,6 +283,7 @@ CATALOGUE = {
     "directivity": directivity,
     "element-gain": element_gain,
     "element-phase": element_phase,
+    "element-tilt": leaning,
     "dead-elements": dead,
     "polarity": reversed_elements,
     "swapped-channels": swapped,
@@ -309,7 +310,6 @@ CATALOGUE = {
 OUTSIDE = {
     "second source": second_source,
     "lost steps": lost_steps,
-    "squinting elements": squinting_elements,
     "jumps of level": jumps_of_level,
 }
 WITHOUT_SIZE = {"dead-elements", "polarity", "swapped-channels", "phase-quantisation"}

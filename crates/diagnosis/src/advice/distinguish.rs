@@ -157,7 +157,7 @@ impl Signature {
     /// Of an effect; `None` if it changes nothing.
     fn of(effect: &'static dyn Effect, scores: &ScoreStatistics<'_>) -> Option<Self> {
         let neutral = match effect.search() {
-            Search::Random => vec![0.0; scores.observations.elements()],
+            Search::Random => effect.no_departures(scores.observations.elements()),
             _ => effect.neutral(),
         };
         let amplitudes = scores.observations.len();

@@ -47,6 +47,7 @@ pub(crate) fn clause(of: &Clause<'_>) -> String {
         }
         (EffectId::ElementGain, ..) => of_each(of, "spread", "amplitudes of the elements", ""),
         (EffectId::ElementPhase, ..) => of_each(of, "spread_rad", "phases of the elements", " rad"),
+        (EffectId::ElementTilt, ..) => of_each(of, "spread_rad", "axes of the elements", " rad"),
         _ => with_numbers(of),
     };
     with_minus_signs(&words)
@@ -141,6 +142,7 @@ fn changed_thing(id: EffectId) -> &'static str {
         | EffectId::OnAxisUnit
         | EffectId::ElementGain
         | EffectId::ElementPhase
+        | EffectId::ElementTilt
         | EffectId::DeadElements
         | EffectId::Polarity
         | EffectId::SwappedChannels => id.as_cause(),

@@ -189,6 +189,7 @@ fn case(id: EffectId) -> Option<Case> {
         EffectId::Directivity => plain(toml::toml! { directivity = { width_ratio = 1.2 } }, &[1.2]),
         EffectId::ElementGain => random(id, toml::toml! { element-gain = { spread = 0.1 } }),
         EffectId::ElementPhase => random(id, toml::toml! { element-phase = { spread_rad = 0.3 } }),
+        EffectId::ElementTilt => random(id, toml::toml! { element-tilt = { spread_rad = 0.1 } }),
         EffectId::DeadElements => {
             elements(toml::toml! { dead-elements = { elements = [3, 17] } }, &[3, 17])
         }
@@ -274,15 +275,17 @@ fn case(id: EffectId) -> Option<Case> {
 fn random(id: EffectId, truth: toml::Table) -> Option<Case> {
     let setup = setup(Simulator::Rayleigh);
     let drawn = rig::elements_with(&setup, &truth, SEED).expect("the effect fits");
-    let before = setup.array.elements();
-    let departure =
-        |(true_element, element): (&fieldgap_acoustics::Element, &fieldgap_acoustics::Element)| {
-            match effect(id).facts().per_element {
-                PerElement::Amplitude => true_element.amplitude / element.amplitude - 1.0,
-                _ => true_element.phase_rad - element.phase_rad,
-            }
-        };
-    let values = drawn.iter().zip(before).map(departure).collect();
+    let pairs = || drawn.iter().zip(setup.array.elements());
+    let values = match effect(id).facts().per_element {
+        PerElement::Amplitude => pairs().map(|(t, e)| t.amplitude / e.amplitude - 1.0).collect(),
+        PerElement::Axis => {
+            // Turned about x by a, then about y by b, the axis z is (cos a sin b, -sin a, cos a cos b).
+            let about_x = drawn.iter().map(|element| -element.normal.y.asin());
+            let about_y = drawn.iter().map(|element| element.normal.x.atan2(element.normal.z));
+            about_x.chain(about_y).collect()
+        }
+        _ => pairs().map(|(t, e)| t.phase_rad - e.phase_rad).collect(),
+    };
     Some(Case { truth, values, choices: vec![Choice::None] })
 }
 

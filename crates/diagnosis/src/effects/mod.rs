@@ -17,6 +17,7 @@ mod directivity;
 mod drive_frequency;
 mod element_gain;
 mod element_phase;
+mod element_tilt;
 mod flow;
 mod gain_drift;
 #[cfg(test)]
@@ -74,6 +75,7 @@ pub(crate) fn effect(id: EffectId) -> &'static dyn Effect {
         EffectId::Directivity => &directivity::Directivity,
         EffectId::ElementGain => &element_gain::ELEMENT_GAIN,
         EffectId::ElementPhase => &element_phase::ELEMENT_PHASE,
+        EffectId::ElementTilt => &element_tilt::ElementTilt,
         EffectId::DeadElements => &dead_elements::DEAD_ELEMENTS,
         EffectId::Polarity => &polarity::POLARITY,
         EffectId::SwappedChannels => &swapped_channels::SWAPPED_CHANNELS,

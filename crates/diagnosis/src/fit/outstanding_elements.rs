@@ -90,13 +90,13 @@ fn elements(context: &Context) -> usize {
     context.believed.array.len()
 }
 
-/// The departures of single elements of a fit, those of the set-up included.
+/// The departures of the amplitudes and phases of single elements of a fit, those of the set-up included.
 fn of_elements(fit: &mut Fit) -> Vec<&mut Vec<f64>> {
     let Fit { instances, values, nuisance, .. } = fit;
     let effects = instances.iter().zip(values);
-    let effects = effects.filter(|(instance, _)| instance.effect.search() == Search::Random);
     let is_of_elements =
         |id: &EffectId| [EffectId::ElementGain, EffectId::ElementPhase].contains(id);
+    let effects = effects.filter(|(instance, _)| is_of_elements(&instance.effect.id()));
     let stated = nuisance.departures.iter_mut().filter(|(id, _)| is_of_elements(id));
     effects.map(|(_, values)| values).chain(stated.map(|(_, values)| values)).collect()
 }

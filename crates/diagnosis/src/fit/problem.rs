@@ -6,6 +6,10 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+mod element_waves;
+
+use element_waves::{ChangedWave, ElementWaves};
+
 use crate::fit::directions::{along_element, along_gain, along_pressures, count_of, turned};
 use crate::fit::kept_value::kept;
 use crate::fit::layout::Layout;
@@ -45,8 +49,10 @@ pub(crate) struct Evaluation {
     pub squared: Vec<f64>,
     /// The slope of each residual, and of each variance term, by its pressure.
     slopes: OnceLock<Vec<Complex64>>,
-    /// Each element's part of the pressures: by drive over all scans, then element, then visit.
-    contributions: OnceLock<Vec<Vec<Vec<Complex64>>>>,
+    /// Each element's part of the pressures.
+    contributions: OnceLock<ElementWaves>,
+    /// How it changes as the elements lean, per radian about x and about y.
+    leaning: OnceLock<Vec<ElementWaves>>,
 }
 
 impl<'o> Problem<'o> {
@@ -98,6 +104,7 @@ impl<'o> Problem<'o> {
             steady: OnceLock::new(),
             slopes: OnceLock::new(),
             contributions: OnceLock::new(),
+            leaning: OnceLock::new(),
         });
         *last = Some(Arc::clone(&evaluation));
         evaluation
@@ -230,22 +237,22 @@ impl<'o> Problem<'o> {
                     return self.projected(column, evaluation);
                 }
                 let random = random.iter().find(|range| range.contains(&j));
-                if let Some(range) = random.filter(|_| by_pressure) {
-                    let change = base.change_of_element(j - range.start, &model) / step;
-                    let parts = self.contributions(numbers, evaluation);
+                let changed = random.map(|range| {
+                    let factor = |element: usize| base.change_of_element(element, &model) / step;
+                    self.changed_wave(numbers, j, range, factor, evaluation)
+                });
+                if let Some(changed) = changed.as_ref().filter(|_| by_pressure) {
                     let slopes = self.slopes(numbers, evaluation);
-                    let column = along_element(slopes, parts, j - range.start, change);
+                    let ChangedWave { waves, element, factor } = changed;
+                    let column = along_element(slopes, waves, *element, *factor);
                     return self.projected(column, evaluation);
                 }
                 let effect = self.layout.effect(j);
                 let of_field = effect.is_none_or(|effect| effect.facts().stage == Stage::Field);
                 let scatters = effect.is_some_and(|effect| effect.scatters_repeats());
                 let moves_field = of_field && (!is_nuisance || of_scan != 0);
-                let moved = if let Some(range) = random {
-                    let parts = self.contributions(numbers, evaluation);
-                    let element = j - range.start;
-                    let change = base.change_of_element(element, &model);
-                    Some(turned(&evaluation.pressures, parts, element, change))
+                let moved = if let Some(ChangedWave { waves, element, factor }) = changed {
+                    Some(turned(&evaluation.pressures, waves, element, factor * step))
                 } else if moves_field && base.scatters_field() && !scatters {
                     Some(self.moved_as_steady(numbers, &beside, evaluation))
                 } else {
@@ -355,23 +362,23 @@ impl<'o> Problem<'o> {
         evaluation: &Evaluation,
     ) -> Vec<Vec<Complex64>> {
         let base = self.model(numbers);
-        let parts = self.contributions(numbers, evaluation);
         let ahead = |pressure: &Pressure| {
             let magnitude = pressure.coherent.norm().max(f64::MIN_POSITIVE);
             pressure.coherent.conj() / magnitude
         };
         let ahead: Vec<Complex64> =
             evaluation.pressures.iter().flatten().flatten().map(ahead).collect();
-        let numbered = self.layout.random_ranges().into_iter().flat_map(|range| {
-            let first = range.start;
-            range.map(move |j| (j, first))
-        });
+        let ranges = self.layout.random_ranges();
+        let numbered = ranges.iter().flat_map(|range| range.clone().map(move |j| (j, range)));
         numbered
-            .map(|(j, first)| {
+            .map(|(j, range)| {
                 let (beside, step) = self.stepped(numbers, unknowns, j);
-                let change = base.change_of_element(j - first, &self.model(&beside)) / step;
-                let of_element = parts.iter().flat_map(|drive| &drive[j - first]);
-                of_element.zip(&ahead).map(|(part, ahead)| part * change * ahead).collect()
+                let model = self.model(&beside);
+                let change = |element: usize| base.change_of_element(element, &model) / step;
+                let ChangedWave { waves, element, factor } =
+                    self.changed_wave(numbers, j, range, change, evaluation);
+                let of_element = waves.iter().flat_map(|drive| &drive[element]);
+                of_element.zip(&ahead).map(|(wave, ahead)| wave * factor * ahead).collect()
             })
             .collect()
     }
@@ -381,19 +388,6 @@ impl<'o> Problem<'o> {
         let slopes = self.slopes(numbers, evaluation).iter();
         let pressures = evaluation.pressures.iter().flatten().flatten();
         pressures.zip(slopes).map(|(p, slope)| (p.coherent.norm(), slope.norm())).collect()
-    }
-
-    fn contributions<'l>(
-        &self,
-        numbers: &[f64],
-        evaluation: &'l Evaluation,
-    ) -> &'l [Vec<Vec<Complex64>>] {
-        kept::<Vec<_>>(&evaluation.contributions, || {
-            let model = self.model(numbers);
-            let nuisance = self.layout.nuisance(numbers);
-            let scans = self.observations.scans.iter().zip(&nuisance);
-            scans.flat_map(|(scan, nuisance)| model.contributions(&scan.drives, nuisance)).collect()
-        })
     }
 }
 

@@ -88,7 +88,7 @@ pub(crate) fn all_beside(
         }
         let choice = effect.choices().remove(0);
         let random = effect.search() == Search::Random;
-        values.push(if random { vec![0.0; elements] } else { effect.neutral() });
+        values.push(if random { effect.no_departures(elements) } else { effect.neutral() });
         spreads.push(if random { FIRST_SPREAD } else { f64::NAN });
         instances.push(Instance { effect, choice });
     }

@@ -154,6 +154,15 @@ pub(crate) enum PerElement {
     Amplitude,
     /// Each has a phase of its own.
     Phase,
+    /// Each has an axis of its own.
+    Axis,
+}
+
+impl PerElement {
+    /// How many departures each element has, where they are random.
+    pub fn departures(self) -> usize {
+        if self == Self::Axis { 2 } else { 1 }
+    }
 }
 
 /// A fitted number and its standard error.
@@ -352,6 +361,11 @@ pub(crate) trait Effect: Sync {
         self.parameters().iter().map(|parameter| parameter.neutral).collect()
     }
 
+    /// Departures of so many elements where none departs, for effects whose departures are random: of each kind all elements in turn.
+    fn no_departures(&self, elements: usize) -> Vec<f64> {
+        vec![0.0; self.facts().per_element.departures() * elements]
+    }
+
     /// Where a search begins; as many numbers as parameters.
     fn starts(&self, _context: &Context) -> Vec<Vec<f64>> {
         vec![self.neutral()]
@@ -433,7 +447,7 @@ pub(crate) trait Effect: Sync {
     /// Changes the elements.
     fn elements(&self, _at: Setting<'_>, _elements: &mut [Element]) {}
 
-    /// Factor on the complex amplitude of an element with this departure.
+    /// Factor on the complex amplitude of an element with this departure; one where its wave changes otherwise in each direction.
     fn element_weight(&self, _departure: f64) -> Complex64 {
         Complex64::ONE
     }

@@ -22,19 +22,26 @@ const DRAWS: u64 = 8;
 /// readings do not tell them. With what is not known of them drawn at random beside them, they are as random as the elements.
 pub(crate) fn order_of_elements(observations: &Observations, fit: &Fit) -> Option<f64> {
     let elements = observations.first().believed.array.elements();
-    let random = fit.instances.iter().zip(&fit.values).zip(fit.ranges());
-    random
-        .filter(|((instance, values), _)| {
-            instance.effect.search() == Search::Random && values.len() >= FEWEST_ELEMENTS
-        })
-        .map(|((instance, values), range)| {
+    let effects = fit.instances.iter().zip(&fit.values).zip(fit.ranges());
+    let random = effects.filter(|((instance, _), _)| instance.effect.search() == Search::Random);
+    // Of each kind of departure the elements in turn.
+    let kinds = random.flat_map(|((instance, values), range)| {
+        let starts = range.step_by(elements.len());
+        values
+            .chunks(elements.len())
+            .zip(starts)
+            .map(move |(values, start)| (instance, values, start))
+    });
+    kinds
+        .filter(|(_, values, _)| values.len() >= FEWEST_ELEMENTS)
+        .map(|(instance, values, start)| {
             let places: Vec<(f64, f64)> =
                 elements.iter().map(|element| (element.centre_m.x, element.centre_m.y)).collect();
             // Phases that grow along x or y steer the beam, which a shift of the scan absorbs.
-            let with_slopes = instance.effect.facts().per_element == PerElement::Amplitude;
-            let size = (range.len(), range.len());
+            let with_slopes = instance.effect.facts().per_element != PerElement::Phase;
+            let size = (values.len(), values.len());
             let unknown = fit.covariance.as_ref().and_then(|covariance| {
-                let block = covariance.view((range.start, range.start), size).into_owned();
+                let block = covariance.view((start, start), size).into_owned();
                 Some(block.cholesky()?.l())
             });
             let Some(unknown) = unknown else { return 0.0 };

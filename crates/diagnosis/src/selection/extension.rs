@@ -412,7 +412,7 @@ fn expected_nats(scores: &ScoreStatistics<'_>, effect: &'static dyn Effect) -> f
             0.5 * gained - cost_of_freedom(score.downhill.len(), gained.sqrt())
         }
         Search::Random => {
-            let neutral = vec![0.0; scores.observations.elements()];
+            let neutral = effect.no_departures(scores.observations.elements());
             let ScoreStatistic { downhill, curvature, .. } = scores.of_effect(effect, &neutral);
             best_spread(curvature, &downhill).1
         }

@@ -321,13 +321,14 @@ impl ModelSearch {
             .filter(|&number| !best.instances[number].effect.is_defect())
             .map(|number| without(&best, number, observations, context))
             .collect();
-        // Fitted without the phases of single elements, all else is wrong, and no other account of these phases is recognised beside it. Departures of elements
+        // Fitted without the phases or axes of single elements, all else is wrong, and no other account of these is recognised beside it. Departures of elements
         // that are fitted without another effect imitate it, and nothing that would take its place is recognised beside them.
         let beside = (0..best.instances.len()).filter_map(|number| {
             let effect = best.instances[number].effect;
-            let phases = effect.facts().per_element == PerElement::Phase;
+            let of_each =
+                matches!(effect.facts().per_element, PerElement::Phase | PerElement::Axis);
             let one_of_all = departs && effect.search() == Search::Smooth && !effect.is_defect();
-            (phases || one_of_all).then(|| {
+            (of_each || one_of_all).then(|| {
                 ScoredModel::of(best.clone().less(number, observations, context), observations)
             })
         });

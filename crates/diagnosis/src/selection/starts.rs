@@ -55,7 +55,7 @@ pub(crate) fn beginnings(
                 starts.into_iter().map(begin)
             })
             .collect(),
-        Search::Random => vec![plain(vec![0.0; elements])],
+        Search::Random => vec![plain(effect.no_departures(elements))],
         Search::Sets => {
             let times = 1.0 - weight_in_a_set(effect, context);
             quick.sets(times).into_iter().map(chosen).collect()

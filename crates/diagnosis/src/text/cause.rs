@@ -18,6 +18,7 @@ impl EffectId {
             Self::Directivity => "another width of the elements' lobes",
             Self::ElementGain => "unequal amplitudes of the elements",
             Self::ElementPhase => "unequal phases of the elements",
+            Self::ElementTilt => "elements that point elsewhere",
             Self::DeadElements => "silent elements",
             Self::Polarity => "reversed elements",
             Self::SwappedChannels => "two exchanged elements",

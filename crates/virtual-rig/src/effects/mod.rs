@@ -17,6 +17,7 @@ mod directivity;
 mod drive_frequency;
 mod element_gain;
 mod element_phase;
+mod element_tilt;
 mod flow;
 mod gain_drift;
 mod gain_jump;
@@ -279,6 +280,7 @@ registry! {
     "directivity" => directivity::Directivity,
     "element-gain" => element_gain::ElementGain,
     "element-phase" => element_phase::ElementPhase,
+    "element-tilt" => element_tilt::ElementTilt,
     "dead-elements" => dead_elements::DeadElements,
     "polarity" => polarity::Polarity,
     "swapped-channels" => swapped_channels::SwappedChannels,

@@ -118,6 +118,37 @@ fn derivatives_of_phases_are_those_of_the_problem_with_its_reference_fitted_anew
     }
 }
 
+/// Of elements that lean already, and beside readings that lag, where they are taken through the pressures of the whole chain.
+#[test]
+fn derivatives_by_leaning_elements_are_those_of_the_problem() {
+    let array = Array::square(4, 4, 10e-3).expect("not empty");
+    let bench = Bench::of(array, Excitation::Uniform);
+    let observations = bench.observations(&[(Excitation::Uniform, places(90))]);
+    let lean: Vec<f64> = (0..32).map(|n| 0.2 * (1.3 * f64::from(n)).sin()).collect();
+    for beside in [vec![], vec![(EffectId::Lag, vec![0.01])]] {
+        let others = beside.into_iter();
+        let (ids, values): (Vec<EffectId>, Vec<Vec<f64>>) =
+            others.chain([(EffectId::ElementTilt, lean.clone())]).unzip();
+        let instances: Vec<Instance> = ids
+            .into_iter()
+            .map(|id| Instance { effect: effect(id), choice: Choice::None })
+            .collect();
+        let spreads = vec![0.1; instances.len()];
+        let nuisance = vec![Nuisance::from_slice(&[0.0; Nuisance::COUNT])].into();
+        let unknowns = unknowns(&instances, &values, &spreads, &nuisance, &bench.context);
+        let numbers: Vec<f64> = unknowns.iter().map(|unknown| unknown.start).collect();
+        let problem = Problem::new(&observations, &bench.context, &instances, &values);
+        let evaluation = problem.evaluate(&numbers);
+        let range = numbers.len() - lean.len()..numbers.len();
+        let columns = problem.columns(&numbers, &unknowns, range.clone(), &evaluation);
+        for (number, column) in range.zip(&columns) {
+            let whole = quotient(&problem, &numbers, &unknowns, number);
+            let [missed, of_all] = norms(&whole, column);
+            assert!(of_all > 0.0 && missed < 0.02 * of_all, "{number}: {missed} of {of_all}");
+        }
+    }
+}
+
 /// Also those of elements that were computed anew where others were kept from another point, and beside slow noise of the level.
 #[test]
 fn derivatives_by_departures_of_the_set_up_are_those_of_the_problem() {

@@ -58,6 +58,9 @@ pub(crate) const READINGS_OF_A_SEARCH: usize = 1500;
 /// Readings on which an effect is first fitted beside a set that is near the readings already. Set by judgement.
 pub(crate) const COARSE_READINGS_NEAR: usize = 1300;
 
+/// The same at least, where a scan has so many: of thirty readings departures of sixty elements were fitted to no effect. Set by judgement.
+pub(crate) const FEWEST_READINGS_NEAR: usize = 300;
+
 /// Readings over which starts are compared first, and on which an effect is first fitted beside a set that is far from the readings, where a
 /// cause shows in few. Set by judgement.
 pub(crate) const FEW_READINGS: usize = 500;
@@ -222,6 +225,9 @@ pub(crate) static RIVALS: DecisiveLimit = DecisiveLimit::new("rivals", 12.0);
 /// judgement.
 pub(crate) const GIVEN_UP: f64 = 80.0;
 
+/// Nats by which a fit may still be short of the best set after its first steps, and be fitted to the end. Set by judgement.
+pub(crate) const SHORT_AT_FIRST: f64 = 30.0;
+
 /// Sets that are fitted to all readings, and kept, however far they are behind. Set by judgement.
 pub(crate) const KEPT_IN_ANY_CASE: usize = 5;
 
@@ -237,9 +243,12 @@ pub(crate) static LEAST_EXPECTED_NATS: DecisiveLimit =
 /// further. Of 290 extensions that were expected to fall shorter, one gained, by 1.4 nats.
 pub(crate) const ONE_STEP_SHORT_BY: f64 = 3.0;
 
-/// Elements up to which each may have an amplitude or a phase of its own, or be exchanged with any other: of more, the readings of few
-/// drives do not tell. Set by judgement.
+/// Elements up to which each may have an amplitude or a phase of its own, or be exchanged with any other, beside every set: each such fit
+/// takes longer with the square of their number. Set by judgement.
 pub(crate) const MOST_ELEMENTS: usize = 120;
+
+/// The same beside the best set alone: boards of 256 elements are common.
+pub(crate) const MOST_ELEMENTS_OF_ONE_SET: usize = 400;
 
 /// Drives for each element from which on the readings tell more elements than that too, as those of calibrations do. Fewer equations than
 /// unknowns are enough to tell the spread of the departures, which the evidence chooses. Set by judgement.

@@ -240,6 +240,19 @@ fn the_noise_of_a_large_array_is_that_of_all_its_repeats() {
     assert!(diagnosis.points > 2900, "all readings count: {}", diagnosis.points);
 }
 
+/// 256 amplitudes of one focus. Steps of phase came nearest while so many elements were not fitted.
+#[test]
+fn unequal_elements_of_a_large_array_are_told() {
+    const SPREAD: f64 = 0.07;
+    let scan = Scan::new(16, &[[5.0, -10.0, 120.0]], 26, &[90.0, 130.0]);
+    let causes = format!("[element-gain]\nspread = {SPREAD}\n");
+    let diagnosis =
+        diagnose(&[read(&scan, &causes, 8, <[f64]>::to_vec)], None).expect("comparable");
+    named_alone(&diagnosis, EffectId::ElementGain);
+    let spread = real(&diagnosis, "element-gain.spread");
+    assert!((spread / SPREAD - 1.0).abs() < 0.3, "{spread}");
+}
+
 /// Lobes as data sheets have them, in decibels at every ten degrees, between which a cubic is laid: neither is that of a piston, and neither is the
 /// other's stretched.
 #[test]

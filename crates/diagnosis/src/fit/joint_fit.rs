@@ -248,6 +248,14 @@ pub(crate) struct Start {
     pub nuisance: Option<Nuisances>,
 }
 
+impl From<Fit> for Start {
+    /// From where a fit ended.
+    fn from(fit: Fit) -> Self {
+        let Fit { instances, values, spreads, nuisance, .. } = fit;
+        Self { instances, values, spreads, nuisance: Some(nuisance) }
+    }
+}
+
 /// Fits a set of effects from a start.
 pub(crate) fn fit(
     observations: &Observations,

@@ -1,6 +1,8 @@
 //! Rao's score statistic: what the readings say of an effect before it is fitted.
 
-use fieldgap_acoustics::least_squares::{Factor, Linearisation, Parameter as Unknown, dot};
+use fieldgap_acoustics::least_squares::{
+    Factor, Linearisation, Parameter as Unknown, dot, inner_products,
+};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -183,8 +185,7 @@ impl<'o> ScoreStatistics<'o> {
         let residuals = &self.residuals;
         let old = self.slopes.columns();
         let across = DMatrix::from_fn(known, columns.len(), |i, j| dot(&old[i], &columns[j]));
-        let own =
-            DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(&columns[i], &columns[j]));
+        let own = inner_products(columns);
         let mut downhill = DVector::from_iterator(
             columns.len(),
             columns.iter().map(|column| -dot(column, residuals)),

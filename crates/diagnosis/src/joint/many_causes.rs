@@ -1,16 +1,15 @@
 //! Sets of many effects, found by the joint fit, then fitted and scored as those of the stepwise search are.
 
-use fieldgap_acoustics::least_squares::Stopping;
 use rayon::prelude::*;
 
 use crate::effect_id::EffectId;
 use crate::effects::catalogue;
-use crate::fit::any::refined;
+use crate::fit::any::{first_steps, refined};
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::joint::exchanges::Exchanges;
 use crate::joint::widths::{asked_for, joins, relevant, restarted};
 use crate::limits::{
-    ANOTHER_EFFECT, JOINT_ROUNDS, NOISE_ROUNDS, READINGS_OF_A_SEARCH, RIVALS,
+    ANOTHER_EFFECT, JOINT_ROUNDS, NOISE_ROUNDS, READINGS_OF_A_SEARCH, RIVALS, SHORT_AT_FIRST,
     STRUCTURE_AFTER_EXCHANGES, STRUCTURE_BEFORE_EXCHANGES, UNQUESTIONED, WORTH_EXTENDING,
 };
 use crate::model::effect::{Context, Effect, Expected, Search};
@@ -19,10 +18,6 @@ use crate::noise::settle::{NoiseChange, settled_again};
 use crate::selection::extension::Extension;
 use crate::selection::scored_model::{ScoredModel, best_first, is_near, leaves_noise, sorted_ids};
 use crate::statistics::noise_scale::NoiseScale;
-
-/// First steps of a fit from where the quadratic form leads, and the nats by which it may then still be short of the best set: the form is not exact.
-const FIRST_STEPS: Stopping = Stopping { iterations: 4, ..SEARCH };
-const SHORT_BY: f64 = 30.0;
 
 /// The best set of many effects, and its rivals.
 pub(crate) struct ManyCauses {
@@ -129,8 +124,8 @@ fn fitted(
     context: &Context,
 ) -> Vec<ScoredModel> {
     let fitted = starts.into_par_iter().filter_map(|start| {
-        let first = ScoredModel::of(fit(observations, context, start, FIRST_STEPS), observations);
-        match first.log_evidence > best - SHORT_BY {
+        let first = ScoredModel::of(first_steps(start, observations, context), observations);
+        match first.log_evidence > best - SHORT_AT_FIRST {
             true => Some(on_all(first.fit, observations, context)),
             false => first.log_evidence.is_finite().then_some(first),
         }

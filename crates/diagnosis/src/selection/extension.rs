@@ -7,15 +7,15 @@ use rayon::prelude::*;
 use crate::effect_id::EffectId;
 use crate::effects::catalogue;
 use crate::fit::any::{fit_any, refined};
-use crate::fit::joint_fit::{Fit, SEARCH, Start, cost_on};
+use crate::fit::joint_fit::{Fit, SEARCH, Start, cost_on, fit_beside};
 use crate::fit::outstanding_elements::in_place_of_departures;
 use crate::fit::problem::is_plausible;
 use crate::fit::random_elements::{best_spread, without_phases};
 use crate::fit::score_statistic::{ScoreStatistic, ScoreStatistics};
 use crate::fit::slopes::Slopes;
 use crate::limits::{
-    CARRIED, COARSE_READINGS_NEAR, FEW_READINGS, GIVEN_UP, KEPT_IN_ANY_CASE, LEAST_EXPECTED_NATS,
-    ONE_STEP_SHORT_BY, RIVALS,
+    CARRIED, COARSE_READINGS_NEAR, FEW_READINGS, FEWEST_READINGS_NEAR, GIVEN_UP, KEPT_IN_ANY_CASE,
+    LEAST_EXPECTED_NATS, MOST_ELEMENTS_OF_ONE_SET, ONE_STEP_SHORT_BY, RIVALS,
 };
 use crate::model::effect::{Choice, Context, Effect, Search};
 use crate::model::instance::Instance;
@@ -103,8 +103,12 @@ impl Extension {
     ) -> Self {
         let sets = sets(frontier, known, observations, context);
         let far = frontier.iter().all(|scored| !is_near(&scored.fit, observations));
-        let coarse =
-            if far { FEW_READINGS } else { COARSE_READINGS_NEAR.min(observations.len() * 2 / 5) };
+        let coarse = match far {
+            true => FEW_READINGS,
+            false => {
+                COARSE_READINGS_NEAR.min((observations.len() * 2 / 5).max(FEWEST_READINGS_NEAR))
+            }
+        };
         let coarse = observations.thinned(coarse);
         let bases: Vec<Base<'_>> = frontier
             .par_iter()
@@ -210,13 +214,18 @@ fn sets(
     let mut sets = Vec::new();
     for (number, scored) in frontier.iter().enumerate() {
         let held = scored.fit.ids();
+        // A fit of hundreds of elements takes long: where the drives are few, they are fitted beside the best set alone.
+        let of_elements = observations.tell_each_element()
+            || number == 0 && observations.elements() <= MOST_ELEMENTS_OF_ONE_SET;
+        if !of_elements && scored.fit.has_random_elements() {
+            continue;
+        }
         for effect in catalogue() {
             let one_by_one = matches!(effect.search(), Search::Random | Search::Exchanges);
             // A simulator does not change between two records.
             let steady = effect.is_defect() && context.common.is_some();
-            let too_many = one_by_one && !observations.tell_each_element();
             if steady
-                || too_many
+                || one_by_one && !of_elements
                 || !context.tries(effect.id())
                 || held.contains(&effect.id())
                 || !effect.can_act(observations)
@@ -363,11 +372,20 @@ impl<'o> Base<'o> {
             starts.push((start(Beginning { choice, values: Vec::new() }, &without), None));
         }
         let stopping = if starts.len() > 1 { FIRST_STEPS } else { ROUGH };
+        // All readings told the spread of the elements that depart already.
+        let fitted =
+            |start: Start, stopping: Stopping, known: Option<&Slopes>| match effect.search() {
+                Search::Random => fit_any(coarse, context, start, stopping, known),
+                _ => fit_beside(coarse, context, start, stopping, known),
+            };
         let best = starts
             .into_iter()
-            .map(|(start, known)| fit_any(coarse, context, start, stopping, known))
+            .map(|(start, known)| fitted(start, stopping, known))
             .max_by(|a, b| log_evidence(a, coarse).total_cmp(&log_evidence(b, coarse)))?;
-        Some(if stopping == ROUGH { best } else { refined(best, coarse, context, ROUGH, None) })
+        if stopping == ROUGH {
+            return Some(best);
+        }
+        Some(fitted(best.into(), ROUGH, None))
     }
 
     /// A coarse fit with one more effect, fitted to all readings, and whether the effect adds nothing: the fit then ended after one step, and the next would not bring it near.

@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use crate::effect_id::EffectId;
 use crate::effects::catalogue;
-use crate::fit::any::refined;
+use crate::fit::any::{first_steps, refined};
 use crate::fit::joint_fit::{Fit, SEARCH, Start, fit};
 use crate::limits::{
     ENOUGH_AT_FIRST, EXCHANGES, KEPT_IN_ANY_CASE, MATERIAL, MATERIAL_OF_VERY_LARGE, MOST_EFFECTS,
-    MOST_IN_QUESTION, MOST_RIVALS, RIVALS, SETS_EXTENDED, SINGLES_EXTENDED, VERY_LARGE,
-    WORTH_EXTENDING,
+    MOST_IN_QUESTION, MOST_RIVALS, RIVALS, SETS_EXTENDED, SHORT_AT_FIRST, SINGLES_EXTENDED,
+    VERY_LARGE, WORTH_EXTENDING,
 };
 use crate::model::effect::{Choice, Context, PerElement, Search};
 use crate::model::observations::Observations;
@@ -149,8 +149,15 @@ impl ModelSearch {
                     let mut fit = scored.fit.clone();
                     fit.values[number] = effect.carried(fit.values[number].clone(), &choice);
                     fit.instances[number].choice = choice;
+                    let first = ScoredModel::of(
+                        first_steps(fit.into(), observations, context),
+                        observations,
+                    );
+                    if first.log_evidence < scored.log_evidence - SHORT_AT_FIRST {
+                        continue;
+                    }
                     let other = ScoredModel::of(
-                        refined(fit, observations, context, SEARCH, None),
+                        refined(first.fit, observations, context, SEARCH, None),
                         observations,
                     );
                     if other.log_evidence > scored.log_evidence {

@@ -140,7 +140,12 @@ impl Extension {
                 let by_chance = fit.values.last().map_or(0, Vec::len) as f64;
                 let of_readings = share * (base.coarse_cost - fit.cost - by_chance);
                 let of_setup = base.scored.fit.of_setup - fit.of_setup;
-                let log_evidence = 0.5 * (of_readings + of_setup) + base.scored.log_evidence;
+                // Two angles of each element follow whatever is missing: what their freedom costs is known from the coarse fit.
+                let values = fit.values.last().map_or(&[][..], Vec::as_slice);
+                let of_freedom = fit.cost_of_elements - base.scored.fit.cost_of_elements
+                    + set.effect.against_size(values);
+                let log_evidence =
+                    0.5 * (of_readings + of_setup) - of_freedom + base.scored.log_evidence;
                 Estimate { log_evidence, by_cost: log_evidence - base.nats_of_unknown_noise }
             })
             .collect();
